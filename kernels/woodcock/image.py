@@ -1,0 +1,85 @@
+"""Pictures out, through OpenImageIO: a multi-layer EXR of what was measured, and a PNG to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813 - its own usual name
+from numpy.typing import NDArray
+
+from woodcock.files import replacing
+from woodcock.film import Film
+
+
+class ImageError(RuntimeError):
+    """A picture that could not be written or read."""
+
+
+def layers(channels: int) -> list[str]:
+    """The EXR's channel names: beauty, variance of the mean, sample count."""
+    beauty = ["R", "G", "B"] if channels == 3 else ["Y"]
+    return [*beauty, *(f"variance.{name}" for name in beauty), "samples.count"]
+
+
+def write_exr(path: Path, film: Film, header: Mapping[str, str | int | float]) -> None:
+    """Writes beauty, variance of the mean and sample count, float32, ZIP; `header` becomes `woodcock:…`."""
+    names = layers(film.channels)
+    spec = oiio.ImageSpec(film.width, film.height, len(names), oiio.FLOAT)
+    spec.channelnames = tuple(names)
+    spec.attribute("compression", "zip")
+    spec.attribute("oiio:ColorSpace", "lin_rec709")
+    for name, value in header.items():
+        spec.attribute(f"woodcock:{name}", value)
+    pixels = np.concatenate([film.mean, film.variance(), film.count[..., None]], axis=-1)
+    _write(path, spec, pixels.astype(np.float32))
+
+
+def write_preview(path: Path, film: Film, size: int | None = None) -> None:
+    """Writes a PNG of the beauty layer, its 99th percentile near white; size: longest side, pixels."""
+    encoded = oiio.ImageBuf(np.ascontiguousarray(tone_map(film.mean), np.float32))
+    if size is not None and max(film.width, film.height) > size:
+        scale = size / max(film.width, film.height)
+        roi = oiio.ROI(0, max(1, round(film.width * scale)), 0, max(1, round(film.height * scale)), 0, 1, 0, 3)
+        encoded = oiio.ImageBufAlgo.resize(encoded, "", 0, roi=roi)
+    pixels = np.asarray(encoded.get_pixels(oiio.FLOAT))
+    _write(path, oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8), pixels)
+
+
+def tone_map(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(height, width, 1 or 3) of any scale to sRGB (height, width, 3) in [0, 1]: exposure, soft shoulder, sRGB curve."""
+    finite = np.nan_to_num(radiance, nan=0.0, posinf=0.0, neginf=0.0)
+    white = float(np.percentile(finite.max(axis=-1), 99))
+    x = np.clip(finite / white, 0, None) if white > 0 else finite
+    # Linear up to 0.8, then rolled off towards 1 with matching slope.
+    knee = 0.8
+    rolled = knee + (1 - knee) * (1 - np.exp(-(x - knee).clip(0) / (1 - knee)))
+    linear = np.where(x < knee, x, rolled)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.broadcast_to(srgb, (*radiance.shape[:2], 3))
+
+
+def read_exr(path: Path) -> tuple[dict[str, NDArray[np.float32]], dict[str, object]]:
+    """Every channel by name (height, width), and the `woodcock:…` header without that prefix. Raises ImageError."""
+    image = oiio.ImageInput.open(str(path))
+    if image is None:
+        raise ImageError(f"{path}: {oiio.geterror()}")
+    try:
+        spec = image.spec()
+        pixels = image.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
+        if pixels is None:
+            raise ImageError(f"{path}: {image.geterror()}")
+    finally:
+        image.close()
+    header = {a.name.removeprefix("woodcock:"): a.value for a in spec.extra_attribs if a.name.startswith("woodcock:")}
+    return {name: pixels[..., index] for index, name in enumerate(spec.channelnames)}, header
+
+
+def _write(path: Path, spec: oiio.ImageSpec, pixels: NDArray[np.generic]) -> None:
+    with replacing(path) as temporary:
+        image = oiio.ImageOutput.create(str(temporary))
+        if image is None:
+            raise ImageError(f"{path}: {oiio.geterror()}")
+        if not (image.open(str(temporary), spec) and image.write_image(np.ascontiguousarray(pixels)) and image.close()):
+            raise ImageError(f"{path}: {image.geterror()}")

@@ -1,0 +1,107 @@
+// The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
+// One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+#include "core/box.h"
+#include "core/moments.h"
+#include "core/path.h"
+
+// The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
+static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
+    words w = rng_next(&p->random);
+    int width = world->scene->film.width, height = world->scene->film.height;
+    vector anchor, direction;
+    real near, far = (real)1e30f;
+    camera_ray(world, (to_real(x) + unit(w.x)) / (float)width, (to_real(y) + unit(w.y)) / (float)height, &anchor, &direction, &near);
+    vector local_anchor = affine_point(volume_to_local(world), anchor), along = affine_direction(volume_to_local(world), direction);
+    box_clip(volume_size(world), local_anchor, along, &near, &far);
+    p->origin = vector_pick(p->origin, vector_along(local_anchor, near, along), begin);
+    p->direction = vector_pick(p->direction, direction, begin);
+    p->along = vector_pick(p->along, along, begin);
+    p->t = pick(p->t, (real)0.f, begin);
+    p->t_exit = pick(p->t_exit, far - near, begin);
+    p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
+    p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
+}
+
+static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples) {
+    const uint lane0 = (uint)get_global_id(0) * LANES, pixels = (uint)get_global_size(0) * LANES;
+    const int width = world->scene->film.width;
+    const integer pixel = (integer)(int)lane0 + lane_index(), y = pixel / width, x = pixel - y * width;
+    const real mean_free_path = majorant_mean_free_path(world);
+    const spectrum albedo = volume_albedo(world);
+
+    // Every lane starts the first sample of its pixel.
+    path p;
+    p.random.pixel = integer_as_word(pixel);
+    p.random.sample = (word)first;
+    p.random.dimension = (word)0u;
+    p.random.seed = world->scene->film.seed;
+    mask live = (mask)-1;
+    path_begin(&p, world, x, y, live);
+    next_event event = {0};
+    moments sums[CHANNELS] = {{0}};
+    integer rejected = (integer)0, violations = (integer)0;
+    const word last = (word)(first + samples - 1u);
+
+    while (some(live)) {
+        // Tentative collision, of a flight or of a shadow walk.
+        words w = rng_next(&p.random);
+        real distance = unit_positive(w.x, w.w), u = unit(w.w);
+        if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
+            words deep = rng_words(&p.random, p.random.dimension | 0x80000000u);
+            distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
+            u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
+        }
+        p.t -= log(distance) * mean_free_path;
+        mask escape = test(p.t >= p.t_exit);
+        vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
+        real density = volume_density(world, at, w);
+        violations -= test(density > 1.000001f);
+        mask flying = live & ~next_event_walking(&event);
+        mask collide = free_flight_collides(density, u) & ~escape & flying;
+        mask leave = escape & flying;
+        mask scatter = next_event_step(&event, world, &p, density, escape, u);
+        if (!some(collide | leave | scatter)) continue;
+
+        // Collision: absorb by weight; faint paths go on with probability 1/2.
+        words v = rng_next(&p.random);
+        p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
+        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
+        mask dead = faint & (test((v.x & 1u) == 0u) | test(spectrum_max(p.throughput) <= 0.f));
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+        p.origin = vector_pick(p.origin, at, collide);
+        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
+
+        // Scattering: a new direction.
+        vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
+        p.direction = vector_pick(p.direction, direction, scatter);
+        p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
+        p.t = pick(p.t, (real)0.f, collide | scatter);
+        p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
+
+        // End of the path: the environment, the film, the next sample of the pixel.
+        mask end = leave | dead;
+        if (some(end)) {
+            spectrum sky = spectrum_multiply(p.throughput, light_radiance(world, p.direction));
+            spectrum total = spectrum_pick(p.radiance, spectrum_add(p.radiance, sky), leave);
+            mask bad = (mask)0;
+            for (int c = 0; c < CHANNELS; ++c)
+                bad |= ~(test(spectrum_channel(total, c) >= 0.f) & test(spectrum_channel(total, c) < INFINITY));
+            rejected -= bad & end;
+            for (int c = 0; c < CHANNELS; ++c)
+                moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
+            live &= ~(end & test(p.random.sample == last));
+            p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
+            p.random.dimension = pick(p.random.dimension, (word)0u, end);
+            path_begin(&p, world, x, y, end);
+        }
+    }
+
+    for (int c = 0; c < CHANNELS; ++c) {
+        lanes_store(sums[c].sum, film + (size_t)(4 * c) * pixels + lane0);
+        lanes_store(sums[c].sum_low, film + (size_t)(4 * c + 1) * pixels + lane0);
+        lanes_store(sums[c].square, film + (size_t)(4 * c + 2) * pixels + lane0);
+        lanes_store(sums[c].square_low, film + (size_t)(4 * c + 3) * pixels + lane0);
+    }
+    lanes_store(integer_as_word(rejected), faults + lane0);
+    lanes_store(integer_as_word(violations), faults + pixels + lane0);
+}

@@ -1,0 +1,1 @@
+"""Lights. One kind a file: `<kind>.h` for devices, `<kind>.py` its oracle."""

@@ -1,0 +1,111 @@
+"""Is a device to be trusted, and at which lane widths? Asked in a child process, because a driver that cannot build a
+program may take the process with it: PoCL's builtins of a width that its code generator lacks do so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from woodcock import __version__
+from woodcock.device import WIDTHS, Context, Device, DeviceError, cache_folder, check_toolchain, find
+from woodcock.evaluate import evaluate
+
+TIMEOUT_SECONDS = 30
+
+#: PoCL names the processor that its LLVM generates code for in the device's version. An LLVM older than the processor
+#: takes it for the one before, while PoCL picks its builtins by the AVX-512 flag; a program of both dies after minutes.
+MISTAKEN_AVX512 = re.compile(r"-znver[123]\b|-(haswell|broadwell|skylake|alderlake|x86-64(-v[123])?)$")
+
+
+@dataclass(frozen=True)
+class Probe:
+    """lanes: widths that work, ascending, none where the device cannot be used; fault: why not."""
+
+    lanes: tuple[int, ...]
+    fault: str | None
+
+
+def probe(device: Device) -> Probe:
+    """Checks a device in child processes, one a width; what is found is kept on disk by device and driver."""
+    try:
+        check_toolchain(device)
+    except DeviceError as error:
+        return Probe((), str(error))
+    key = hashlib.sha256(f"{device.identity}|{__version__}".encode()).hexdigest()
+    kept = cache_folder() / "probes" / f"{key[:32]}.json"
+    try:
+        stored = json.loads(kept.read_text())
+        return Probe(tuple(stored["lanes"]), stored["fault"])
+    except (OSError, ValueError, KeyError):
+        pass
+    faults = {width: _fault(device, width) for width in WIDTHS if width == 1 or device.kind != "gpu"}
+    lanes = tuple(width for width, fault in faults.items() if fault is None)
+    result = Probe(lanes, None if lanes else f"{device.id} ({device.name}): {faults[1]}")
+    if lanes:  # A fault may be mended without a new driver; it is looked at afresh.
+        kept.parent.mkdir(exist_ok=True)
+        temporary = kept.with_suffix(f".{os.getpid()}")
+        temporary.write_text(json.dumps(asdict(result)))
+        temporary.replace(kept)
+    return result
+
+
+def best_lanes(device: Device, result: Probe) -> int:
+    """The widest width that works and that the device has registers for. Raises DeviceError where none works."""
+    if not result.lanes:
+        raise DeviceError(result.fault or f"{device.id} cannot be used")
+    return max(width for width in result.lanes if width <= max(1, device.native_lanes))
+
+
+def _fault(device: Device, lanes: int) -> str | None:
+    """What a child process that checks one width died or complained of."""
+    if lanes == 16 and MISTAKEN_AVX512.search(device.version) and device.native_lanes == 16:
+        return f"{device.platform} knows no AVX-512 for this processor, but uses a library built for it"
+    command = [sys.executable, "-m", "woodcock.probe", device.id, str(lanes)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return f"the check of {lanes} lanes did not end within {TIMEOUT_SECONDS} s"
+    if done.returncode == 0:
+        return None
+    said = [line for line in done.stderr.splitlines() if line.strip()]
+    return f"the check of {lanes} lanes failed (exit {done.returncode}): {said[-1] if said else 'no message'}"
+
+
+def check(device: Device, lanes: int) -> None:
+    """The builtins that kernels rely on, against numpy. Raises DeviceError."""
+    x = np.linspace(0.01, 3.99, 64, dtype=np.float32)
+    expected = {
+        "fma(x, x, -x)": x.astype(float) ** 2 - x,
+        "log(x)": np.log(x),
+        "exp(-x)": np.exp(-x),
+        "sqrt(x)": np.sqrt(x),
+        "floor(x)": np.floor(x),
+        "1.f / x": 1 / x,
+        "fmin(x, fmax((real)1.f, copysign(x, -x)))": np.minimum(x, 1),
+        "pick((real)0.f, x, test(x > 1.f) & ~test(x > 2.f))": np.where((x > 1) & (x <= 2), x, 0),
+        "to_real(clamp(to_integer(x), 1, 2))": np.clip(np.floor(x), 1, 2),
+        "gather(float, x_ + i, lane_index())": x,
+        "some(test(x > 3.9f)) ? (real)1.f : (real)0.f": (x.reshape(-1, lanes) > 3.9).any(1).repeat(lanes),
+        "word_as_real((real_as_word(x) >> 3u) << 3u)": (x.view(np.uint32) >> 3 << 3).view(np.float32),
+    }
+    context = Context.on(device)
+    for (expression, right), got in zip(
+        expected.items(), evaluate(context, list(expected), {"x": x}, lanes=lanes), strict=True
+    ):
+        if not np.allclose(got, right, rtol=2e-6, atol=1e-6):
+            raise DeviceError(f"{expression} is wrong on {device.name}: off by up to {np.abs(got - right).max():g}")
+
+
+if __name__ == "__main__":
+    try:
+        check(find(sys.argv[1]), int(sys.argv[2]))
+    except DeviceError as error:
+        sys.exit(str(error))

@@ -1,0 +1,89 @@
+"""What a render says of itself: the EXR's header, from which it can be rendered again, and report.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any, TypedDict
+
+from woodcock import __version__
+from woodcock.film import Film
+from woodcock.scene import Scene
+
+
+class Facts(TypedDict):
+    """A scene on a device. lanes: paths in lockstep; kinds: compiled in; seconds: of read, build and upload."""
+
+    id: str
+    name: str
+    kind: str
+    platform: str
+    platform_version: str
+    version: str
+    driver: str
+    lanes: int
+    program_hash: str
+    kinds: dict[str, list[str]]
+    seconds: dict[str, float]
+
+
+class Use(Facts):
+    """A device's part in a render. samples: rendered there, per pixel; render_seconds: spent on them."""
+
+    samples: int
+    render_seconds: float
+
+
+class Point(TypedDict):
+    """A point of the error series: rmse is the estimated root mean square error of a pixel's value."""
+
+    seconds: float
+    samples: int
+    rmse: float
+
+
+def point(seconds: float, film: Film) -> Point | None:
+    """The error after so many seconds; None while it cannot be estimated, with fewer than two samples a pixel."""
+    rmse = film.rmse()
+    return {"seconds": seconds, "samples": film.samples, "rmse": rmse} if math.isfinite(rmse) else None
+
+
+def header(scene: Scene, film: Film, uses: Sequence[Use]) -> dict[str, str | int | float]:
+    """What the EXR's header must say so that the image can be rendered again."""
+    return {
+        "scene": scene.model_dump_json(),
+        "seed": scene.seed,
+        "sampleRanges": json.dumps(film.ranges),
+        "programHash": ", ".join(dict.fromkeys(use["program_hash"] for use in uses)),
+        "version": __version__,
+        "device": "; ".join(use["name"] for use in uses),
+        "driver": "; ".join(f"{use['platform']}, {use['driver']}" for use in uses),
+    }
+
+
+def build(film: Film, uses: Sequence[Use], series: Sequence[Point], render: float, write: float) -> dict[str, Any]:
+    """The report. uses: not empty; render, write: wall seconds of rendering and of writing the pictures.
+
+    Devices read, build and upload side by side, so of those seconds the longest count.
+    """
+    seconds = {part: max(use["seconds"][part] for use in uses) for part in ("read", "build", "upload")}
+    rmse, mean = film.rmse(), film.mean_luminance()
+    return {
+        "version": __version__,
+        "width": film.width,
+        "height": film.height,
+        "channels": film.channels,
+        "samples": film.samples,
+        "sample_ranges": film.ranges,
+        "seconds": {**seconds, "render": render, "write": write},
+        "rmse": rmse if math.isfinite(rmse) else None,
+        "relative_rmse": rmse / mean if math.isfinite(rmse) and mean > 0 else None,
+        "mean_luminance": mean,
+        "error": list(series),
+        "rejected_samples": film.rejected,
+        "majorant_violations": film.violations,
+        "program_hash": uses[0]["program_hash"],
+        "kinds": uses[0]["kinds"],
+        "devices": list(uses),
+    }

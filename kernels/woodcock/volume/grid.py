@@ -1,0 +1,108 @@
+"""Density on a regular grid, trilinear, in a box or wherever its file and the scene place it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from woodcock.formats import Grid, VolumeError
+from woodcock.scene import GridVolume
+from woodcock.space import Array, Space
+
+FIELDS = {
+    "to_local": "affine",
+    "size": "vector3",
+    "albedo": "colour",
+    "width": "int",
+    "height": "int",
+    "depth": "int",
+    "bricks_x": "int",
+    "bricks_y": "int",
+    "relative": "float",
+}
+
+BRICK = 4
+#: Indices of voxels are 32 bits wide on the device.
+MAX_VOXELS = 1 << 30
+
+
+def to_scene(volume: GridVolume, grid: Grid) -> Array:
+    """(4, 4) from local space, one unit a voxel, to the scene."""
+    return np.array(volume.to_world) @ grid.index_to_world
+
+
+def check(grid: Grid, file: str) -> float:
+    """The largest density. Raises VolumeError for densities that are not finite or negative, and grids too large."""
+    if grid.values.ndim != 3:
+        raise VolumeError(f"{file}: grid {grid.name!r} holds vectors; a density is a scalar grid")
+    if grid.values.size > MAX_VOXELS:
+        raise VolumeError(f"{file}: grid {grid.name!r} has {grid.values.size} voxels; {MAX_VOXELS} are the most")
+    low, high = float(grid.values.min()), float(grid.values.max())
+    if not (np.isfinite(low) and np.isfinite(high)):
+        raise VolumeError(
+            f"{file}: grid {grid.name!r} holds values that are not finite{_where(~np.isfinite(grid.values))}"
+        )
+    if low < 0:
+        raise VolumeError(
+            f"{file}: grid {grid.name!r} holds negative densities, down to {low:g}{_where(grid.values == low)}"
+        )
+    return high
+
+
+def _where(mask: NDArray[np.bool_]) -> str:
+    z, y, x = np.unravel_index(int(np.argmax(mask)), mask.shape)
+    return f", first at voxel ({x}, {y}, {z})"
+
+
+def storage(values: NDArray[np.generic]) -> str:
+    """The narrowest of uint8, half and float that holds every value exactly: compact, and no error to state."""
+    if values.dtype == np.uint8:
+        return "uint8"
+    if values.dtype == np.float16:
+        return "half"
+    with np.errstate(over="ignore"):
+        if np.array_equal(values, values.astype(np.uint8)):
+            return "uint8"
+        if np.array_equal(values, values.astype(np.float16)):
+            return "half"
+    return "float"
+
+
+def bricks(values: NDArray[np.generic], kind: str) -> NDArray[np.generic]:
+    """(depth, height, width) -> bricks of 4³ in one run, the border padded with its own values."""
+    dtype = {"uint8": np.uint8, "half": np.float16, "float": np.float32}[kind]
+    padded = np.pad(values.astype(dtype, copy=False), [(0, -n % BRICK) for n in values.shape], mode="edge")
+    counts = [n // BRICK for n in padded.shape]
+    split = padded.reshape(counts[0], BRICK, counts[1], BRICK, counts[2], BRICK)
+    return np.ascontiguousarray(split.transpose(0, 2, 4, 1, 3, 5)).reshape(-1)
+
+
+def record(volume: GridVolume, grid: Grid, largest: float, space: Space) -> dict[str, Array | float | int]:
+    depth, height, width = grid.values.shape
+    return {
+        "to_local": space.affine(to_scene(volume, grid)),
+        "size": np.array([width, height, depth], float),
+        "albedo": np.atleast_1d(np.array(volume.albedo)),
+        "width": width,
+        "height": height,
+        "depth": depth,
+        "bricks_x": -(-width // BRICK),
+        "bricks_y": -(-height // BRICK),
+        "relative": 1 / largest if largest > 0 else 0.0,
+    }
+
+
+def density(volume: GridVolume, grid: Grid, points: Array) -> Array:
+    """Float64 oracle: σ_t at points (..., 3) of the scene, 0 outside."""
+    local = np.linalg.inv(to_scene(volume, grid))
+    p = points @ local[:3, :3].T + local[:3, 3]
+    size = np.array(grid.values.shape[::-1])
+    inside = np.all((p >= 0) & (p <= size), axis=-1)
+    base = np.floor(p - 0.5)
+    fraction = p - 0.5 - base
+    total = np.zeros(points.shape[:-1])
+    for corner in np.ndindex(2, 2, 2):
+        x, y, z = np.moveaxis(np.clip(base + corner, 0, size - 1).astype(int), -1, 0)
+        weight = np.prod(np.where(np.array(corner) == 1, fraction, 1 - fraction), axis=-1)
+        total += weight * grid.values[z, y, x].astype(np.float64)
+    return np.where(inside, volume.scale * total, 0.0)

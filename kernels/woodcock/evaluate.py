@@ -1,6 +1,6 @@
 """C expressions over numpy arrays: the probe that unit-tests device code at any lane width.
 
-evaluate(context, ["sqrt(a)", "unit(w)"], {"a": floats, "w": words}, lanes=8, files=["core/rng.h"])
+evaluate(context, ["sqrt(a)", "unit(w)"], {"a": floats, "w": words}, lanes=8, parts=["core/rng.h"])
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from woodcock.device import Context
 from woodcock.program import OPTIONS, flatten
 
-_TYPES = {np.dtype(np.float32): ("float", "real"), np.dtype(np.uint32): ("uint", "word")}
+_LANES = {np.dtype(np.float32): "real", np.dtype(np.uint32): "word"}
+_SCALARS = {"f4": "float", "u4": "uint", "u2": "ushort", "u1": "uchar"}
 
 
 def evaluate(
@@ -22,36 +23,34 @@ def evaluate(
     inputs: Mapping[str, NDArray[np.generic]],
     *,
     lanes: int,
-    files: Sequence[str] = (),
-    setup: str = "",
+    parts: Sequence[str] = (),
+    buffers: Mapping[str, NDArray[np.generic]] | None = None,
     body: str = "",
 ) -> NDArray[np.float32]:
     """The expressions' values, float32 (expressions, n), for inputs of float32 or uint32 (n,), each by its name.
 
-    files: of this package, inlined first; setup: text at file scope; body: statements before the expression.
+    parts: what `flatten` puts before; buffers: arrays that the expressions see whole; body: statements before them.
     """
     count = len(next(iter(inputs.values())))
     padded = -(-count // lanes) * lanes
-    arrays = {
-        name: np.pad(np.ascontiguousarray(array), (0, padded - count), mode="edge") for name, array in inputs.items()
-    }
-    parameters = "".join(f"__global const {_TYPES[array.dtype][0]} *{name}_, " for name, array in arrays.items())
-    loads = "".join(
-        f"    {_TYPES[array.dtype][1]} {name} = lanes_load({name}_ + i);\n" for name, array in arrays.items()
-    )
+    arrays = {f"{name}_": np.pad(array, (0, padded - count), mode="edge") for name, array in inputs.items()}
+    arrays |= buffers or {}
+    parameters = "".join(f"__global const {_SCALARS[array.dtype.str[1:]]} *{name}, " for name, array in arrays.items())
+    loads = "".join(f"    {_LANES[array.dtype]} {name} = lanes_load({name}_ + i);\n" for name, array in inputs.items())
     stores = "".join(
         f"    lanes_store({expression}, result_ + {index * padded} + i);\n"
         for index, expression in enumerate(expressions)
     )
-    text = f"""{setup}
+    text = f"""
 __kernel void evaluate({parameters}__global float *result_) {{
     const size_t i = get_global_id(0) * LANES;
 {loads}{body}
 {stores}}}
 """
-    kernel = context.build(flatten([f"core/lanes_{lanes}.h", *files, text]), OPTIONS, "evaluate")
+    kernel = context.build(flatten([f"core/lanes_{lanes}.h", *parts, text]), OPTIONS, "evaluate")
     result = np.zeros((len(expressions), padded), np.float32)
     out = context.output(result)
-    kernel(context.queue, (padded // lanes,), None, *map(context.upload, arrays.values()), out)
+    uploads = [context.upload(np.ascontiguousarray(array)) for array in arrays.values()]
+    kernel(context.queue, (padded // lanes,), None, *uploads, out)
     context.download(result, out)
     return result[:, :count]

@@ -99,7 +99,7 @@ class Film:
     def load(cls, path: Path) -> Film:
         """Raises FilmError for a file that is not a whole film."""
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 ranges = tuple((int(start), int(stop)) for start, stop in stored["ranges"])
                 rejected, violations = (int(fact) for fact in stored["facts"])
                 return cls(stored["count"], stored["mean"], stored["m2"], ranges, rejected, violations)

@@ -48,7 +48,7 @@ def write_preview(path: Path, film: Film, size: int | None = None) -> None:
 
 
 def tone_map(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(height, width, 1 or 3) of any scale to sRGB (height, width, 3) in [0, 1]: exposure, soft shoulder, sRGB curve."""
+    """(height, width, 1 or 3) of any scale -> sRGB (height, width, 3) in [0, 1]: exposure, soft shoulder, curve."""
     finite = np.nan_to_num(radiance, nan=0.0, posinf=0.0, neginf=0.0)
     white = float(np.percentile(finite.max(axis=-1), 99))
     x = np.clip(finite / white, 0, None) if white > 0 else finite

@@ -1,16 +1,17 @@
 // Sum and sum of squares of a pixel's samples as unevaluated pairs of floats (about 48 bits): a range of samples gives
-// the same numbers, to float64 rounding on the host, however it is cut. Two-sum: Knuth; two-product by fma.
+// the same numbers, to the rounding of a float64 sum, however it is cut. Two-sum: Knuth; fast two-sum: Dekker (1971).
 typedef struct { real sum, sum_low, square, square_low; } moments;
 
-static inline void two_sum(real *high, real *low, real x) {
+// Adds x, and what rounding has left of it elsewhere, to a pair.
+static inline void pair_add(real *high, real *low, real x, real rest) {
     real s = *high + x, b = s - *high;
-    *low += (*high - (s - b)) + (x - b);
-    *high = s;
+    real error = ((*high - (s - b)) + (x - b)) + (*low + rest);
+    *high = s + error;
+    *low = error - (*high - s);
 }
 
 static inline void moments_add(moments *m, real x) {
     real square = x * x;
-    two_sum(&m->sum, &m->sum_low, x);
-    two_sum(&m->square, &m->square_low, square);
-    m->square_low += fma(x, x, -square);
+    pair_add(&m->sum, &m->sum_low, x, (real)0.f);
+    pair_add(&m->square, &m->square_low, square, fma(x, x, -square));
 }

@@ -31,9 +31,10 @@ static inline words rng_words(const rng_address *at, word dimension) {
     return pcg4d(v);
 }
 
-static inline words rng_next(rng_address *at) {
+// The next four words; the address moves on in the lanes that take them, so that no path depends on its neighbours.
+static inline words rng_next(rng_address *at, mask taken) {
     words v = rng_words(at, at->dimension);
-    at->dimension += 1u;
+    at->dimension -= integer_as_word(taken);
     return v;
 }
 

@@ -6,7 +6,8 @@
 
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
 static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
-    words w = rng_next(&p->random);
+    p->random.dimension = pick(p->random.dimension, (word)0u, begin);
+    words w = rng_next(&p->random, begin);
     int width = world->scene->film.width, height = world->scene->film.height;
     vector anchor, direction;
     real near, far = (real)1e30f;
@@ -44,7 +45,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
 
     while (some(live)) {
         // Tentative collision, of a flight or of a shadow walk.
-        words w = rng_next(&p.random);
+        words w = rng_next(&p.random, (mask)-1);
         real distance = unit_positive(w.x, w.w), u = unit(w.w);
         if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
             words deep = rng_words(&p.random, p.random.dimension | 0x80000000u);
@@ -63,7 +64,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         if (!some(collide | leave | scatter)) continue;
 
         // Collision: absorb by weight; faint paths go on with probability 1/2.
-        words v = rng_next(&p.random);
+        words v = rng_next(&p.random, collide | leave | scatter);
         p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
         mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
         mask dead = faint & (test((v.x & 1u) == 0u) | test(spectrum_max(p.throughput) <= 0.f));
@@ -91,7 +92,6 @@ static inline void volumetric_path(const struct world *world, __global float *fi
                 moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
             live &= ~(end & test(p.random.sample == last));
             p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
-            p.random.dimension = pick(p.random.dimension, (word)0u, end);
             path_begin(&p, world, x, y, end);
         }
     }

@@ -60,7 +60,7 @@ def storage(values: NDArray[np.generic]) -> str:
         return "uint8"
     if values.dtype == np.float16:
         return "half"
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         if np.array_equal(values, values.astype(np.uint8)):
             return "uint8"
         if np.array_equal(values, values.astype(np.float16)):

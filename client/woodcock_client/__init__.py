@@ -1,0 +1,28 @@
+"""Talking to a Woodcock service from Python.
+
+from woodcock.scene import load
+from woodcock_client import Client
+
+with Client("http://127.0.0.1:8000") as client:
+    job = client.submit(load(Path("cloud.json")), name="cloud")
+    for progress in client.follow(job.id):
+        print(progress.samples, progress.relative_rmse)
+    client.fetch(job.id, "image.exr", Path("cloud.exr"))
+"""
+
+from woodcock_client.client import Artifact, Client, ServiceError, Unreachable
+from woodcock_client.models import Device, FieldError, Grid, Job, JobSummary, Links, Volume
+
+__all__ = [
+    "Artifact",
+    "Client",
+    "Device",
+    "FieldError",
+    "Grid",
+    "Job",
+    "JobSummary",
+    "Links",
+    "ServiceError",
+    "Unreachable",
+    "Volume",
+]

@@ -1,0 +1,198 @@
+"""The `woodcock` program: `submit` of its own, and the commands of whatever else is installed beside it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from woodcock.scene import SceneError, load
+
+from woodcock_client.client import Client, ServiceError, Unreachable
+from woodcock_client.models import JobSummary
+from woodcock_client.progress import show
+
+#: What a command needs beyond the client: the extra of the `woodcock` package that brings it.
+EXTRAS = {"render": "render,pocl", "devices": "render,pocl", "schema": "render", "serve": "server,pocl"}
+
+FAILED, BAD_INPUT, UNREACHABLE, INTERRUPTED = 1, 2, 3, 130
+
+HELP = """Render participating media: clouds, smoke, fire, fog, tissue, milk.
+
+\b
+On this machine:
+  woodcock render cloud.json -o cloud.exr
+\b
+As a service, with its gallery at http://127.0.0.1:8000:
+  woodcock serve --data ./data
+  woodcock submit cloud.json --follow -o cloud.exr
+
+Exit codes: 0 done, 1 the render failed, 2 bad usage or a bad scene, 3 no answer from the service, 130 interrupted.
+"""
+
+SUBMIT_HELP = """Send a scene to a service, and fetch the picture if asked to.
+
+The scene's volume files are uploaded first, unless the service has them already. The address of the render's page
+is printed; without --follow or -o the command then ends, and the render goes on.
+
+\b
+Queue a render and go:
+  woodcock submit cloud.json
+\b
+Watch it until it is done:
+  woodcock submit cloud.json --follow
+\b
+Fetch the picture (cloud.exr) and the report (cloud.report.json):
+  woodcock submit cloud.json --follow -o cloud.exr
+\b
+Use another service:
+  woodcock submit cloud.json --server http://farm:8000
+  WOODCOCK_SERVER=http://farm:8000 woodcock submit cloud.json
+"""
+
+
+def main() -> None:
+    """Run the command line; never shows a traceback for what a user can cause."""
+    asked = sys.argv[1:2]
+    try:
+        build(asked)()
+    except ModuleNotFoundError as error:
+        _absent(asked[0], error.name)()
+    except SceneError as error:
+        _fail(str(error), BAD_INPUT)
+    except ServiceError as error:
+        _fail(str(error), UNREACHABLE if error.status >= 500 else BAD_INPUT)
+    except Unreachable as error:
+        _fail(str(error), UNREACHABLE)
+    except OSError as error:
+        _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), FAILED)
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
+
+
+def build(asked: list[str]) -> typer.Typer:
+    """The program. Only the command asked for is imported, so that `submit` does not wait for a renderer; any other
+    first word (`--help`, nothing, a mistake) imports them all.
+    """
+    app = typer.Typer(
+        help=HELP,
+        no_args_is_help=True,
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_options)
+    app.command("submit", help=SUBMIT_HELP)(submit)
+    installed = {point.name: point for point in entry_points(group="woodcock.commands")}
+    known = EXTRAS.keys() | installed.keys() | {"submit"}
+    for name in sorted((known & set(asked) or known) - {"submit"}):
+        try:
+            app.command(name)(_load(installed.get(name)))
+        except ModuleNotFoundError as error:
+            stand_in = _absent(name, error.name)
+            app.command(name, help=f"(needs {_install(name)})", context_settings=ANY_ARGUMENTS)(stand_in)
+    return app
+
+
+ANY_ARGUMENTS = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []}
+
+
+def _load(point: EntryPoint | None) -> Callable[..., Any]:
+    if point is None:
+        raise ModuleNotFoundError
+    command: Callable[..., Any] = point.load()
+    return command
+
+
+def _install(name: str) -> str:
+    return f'pip install "woodcock[{EXTRAS[name]}]"' if name in EXTRAS else "a package that is not installed"
+
+
+def _absent(name: str, missing: str | None) -> Callable[[], None]:
+    """What runs in place of a command that is not there."""
+
+    def command() -> None:
+        because = f" ({missing} is missing)" if missing else ""
+        _fail(f"the command `{name}` is not installed{because}; get it with: {_install(name)}", BAD_INPUT)
+
+    return command
+
+
+def _show_version(on: bool) -> None:
+    if on:
+        try:
+            typer.echo(f"woodcock {version('woodcock')}")
+        except PackageNotFoundError:
+            typer.echo("woodcock, not installed (running from its sources)")
+        raise typer.Exit()
+
+
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Show the version and exit.", is_eager=True, callback=_show_version),
+    ] = False,
+) -> None:
+    pass
+
+
+def submit(
+    scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="Scene file; volume files are relative to it.")],
+    follow: Annotated[bool, typer.Option("--follow", help="Show progress until the render is done.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="OUT.exr", help="Wait, then save the picture here and the report beside it."
+        ),
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="Name in the gallery; by default the scene file's.")] = None,
+    server: Annotated[
+        str, typer.Option(metavar="URL", envvar="WOODCOCK_SERVER", help="Address of the service.")
+    ] = "http://127.0.0.1:8000",
+) -> None:
+    # Refuse what cannot end well before hours are spent on it
+    if output is not None and output.suffix != ".exr":
+        _fail(f"-o {output}: the name must end in .exr", BAD_INPUT)
+    if output is not None and not output.parent.is_dir():
+        _fail(f"-o {output}: {output.parent} is not a folder", BAD_INPUT)
+    try:
+        client = Client(server)
+    except ValueError as error:
+        _fail(f"--server: {error}", BAD_INPUT)
+
+    with client:
+        job = client.submit(load(scene), name=scene.stem if name is None else name)
+        page = f"{client.base_url}/renders/{job.id}"
+        typer.echo(page)
+        if not follow and output is None:
+            return
+        try:
+            end = show(client.follow(job.id), quiet=not follow)
+        except KeyboardInterrupt:
+            _fail(f"interrupted; the render goes on at {page}", INTERRUPTED)
+        if end.state == "failed":
+            # What a compiler or a driver said besides is on the render's page
+            sentence = (end.error or "the service gave no reason").strip().splitlines()[0]
+            _fail(f"the render failed: {sentence}", FAILED)
+        if output is not None:
+            _save(client, end, output)
+
+
+def _save(client: Client, job: JobSummary, output: Path) -> None:
+    report = output.with_suffix(".report.json")
+    client.fetch(job.id, "image.exr", output)
+    client.fetch(job.id, "report.json", report)
+    typer.echo(f"{output}\n{report}")
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    typer.echo(f"woodcock: {message}", err=True)
+    raise SystemExit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+"""The service's API as Python calls."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self, TypeVar
+from urllib.parse import quote
+
+import httpx2
+from pydantic import BaseModel, ValidationError
+from woodcock.scene import Scene, SceneError, volume_files, with_volume_files
+
+from woodcock_client.download import replacing
+from woodcock_client.models import Device, DeviceList, FieldError, Job, JobPage, JobSummary, Problem, State, Volume
+
+Artifact = Literal["image.exr", "preview.png", "report.json"]
+Model = TypeVar("Model", bound=BaseModel)
+
+PAGE = 100  # jobs per request of a listing
+RECONNECT = (0.25, 5.0)  # seconds before the first and the last attempt to pick up a broken stream
+SILENCE = 60.0  # seconds without even a ping after which a stream counts as broken
+
+
+class Unreachable(RuntimeError):  # noqa: N818 - the name says what happened
+    """No answer from the service; the text names its address and what went wrong."""
+
+
+class ServiceError(RuntimeError):
+    """The service refused or failed; the text is its explanation, then one line for each field at fault it left out."""
+
+    def __init__(self, status: int, detail: str, errors: tuple[FieldError, ...] = ()) -> None:
+        unsaid = (error for error in errors if error.message not in detail)
+        super().__init__("\n".join([detail, *(f"{error.field}: {error.message}" for error in unsaid)]))
+        self.status = status
+        self.detail = detail
+        self.errors = errors
+
+
+class Client:
+    """A connection to one Woodcock service; a context manager.
+
+    `base_url` is the service's address, such as "http://127.0.0.1:8000". `timeout` is how many seconds may pass
+    without an answer before a call raises Unreachable; `follow` stays patient that long through an outage.
+
+    Every call may raise Unreachable or ServiceError. Raises ValueError if `base_url` is not an http(s) address.
+    """
+
+    def __init__(self, base_url: str, *, timeout: float = 30.0) -> None:
+        try:
+            url = httpx2.URL(base_url)
+        except httpx2.InvalidURL:
+            url = httpx2.URL()
+        if url.scheme not in ("http", "https") or not url.host:
+            raise ValueError(f"the service's address must look like http://127.0.0.1:8000 (got {base_url!r})")
+        self.base_url = base_url.rstrip("/")
+        self._timeout = timeout
+        self._http = httpx2.Client(base_url=self.base_url, timeout=timeout)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._http.close()
+
+    # Jobs
+
+    def submit(self, scene: Scene, *, name: str = "") -> Job:
+        """Queue a render; volume files named by a path are uploaded first, unless the service already has them.
+
+        Returns once the service has committed the job. Raises SceneError if a volume file cannot be read.
+        """
+        uploaded = {file: self._upload_for(file) for file in volume_files(scene) if not file.startswith("sha256:")}
+        scene = with_volume_files(scene, lambda file: uploaded.get(file, file))
+        response = self._request("POST", "/api/v1/jobs", json={"scene": scene.model_dump(mode="json"), "name": name})
+        return self._read(Job, response)
+
+    def job(self, id: str) -> Job:
+        """The job as it is now, with its scene."""
+        return self._read(Job, self._request("GET", _job_path(id)))
+
+    def jobs(self, *, state: State | None = None) -> Iterator[JobSummary]:
+        """Every job, newest first, fetched page by page as the iterator advances."""
+        query: dict[str, str | int] = {"limit": PAGE}
+        if state is not None:
+            query["state"] = state
+        while True:
+            page = self._read(JobPage, self._request("GET", "/api/v1/jobs", params=query))
+            yield from page.items
+            if page.next is None:
+                return
+            query["cursor"] = page.next
+
+    def follow(self, id: str) -> Iterator[JobSummary]:
+        """The job now, then again at each change, until it has finished.
+
+        Reads the event stream. When that breaks, the job's state is read instead and the stream picked up again, so
+        a restart of the service or a proxy that cuts long connections costs nothing but a moment.
+        """
+        first_delay, last_delay = RECONNECT
+        delay = first_delay
+        last: JobSummary | None = None
+        lost: float | None = None  # when an outage began
+        while True:
+            try:
+                for summary in self._changes(id):
+                    delay, lost = first_delay, None
+                    if summary != last:
+                        last = summary
+                        yield summary
+                    if summary.finished:
+                        return
+            except (Unreachable, ServiceError) as error:
+                temporary = isinstance(error, Unreachable) or error.status >= HTTPStatus.INTERNAL_SERVER_ERROR
+                lost = lost or time.monotonic()
+                if not temporary or time.monotonic() - lost > self._timeout:
+                    raise
+            time.sleep(delay)
+            delay = min(2 * delay, last_delay)
+
+    def _changes(self, id: str) -> Iterator[JobSummary]:
+        """One stream's summaries, and the job's state after it if it broke before the end."""
+        try:
+            with self._stream(f"{_job_path(id)}/events", silence=max(self._timeout, SILENCE)) as response:
+                for event in httpx2.EventSource(response):
+                    if event.event in ("progress", "end"):
+                        yield self._parse(JobSummary, event.data)
+        except Unreachable:
+            pass
+        yield self._read(JobSummary, self._request("GET", _job_path(id)))
+
+    def fetch(self, id: str, artifact: Artifact, path: Path) -> None:
+        """Save a job's picture, preview or report as `path`.
+
+        The file appears whole or not at all, and replaces an older one. Raises ServiceError with status 404 while
+        the artifact does not exist yet, and OSError if the file cannot be written.
+        """
+        with self._stream(f"{_job_path(id)}/{artifact}") as response, replacing(path) as file:
+            for chunk in response.iter_bytes():
+                file.write(chunk)
+
+    # Volumes and devices
+
+    def upload(self, path: Path) -> Volume:
+        """Give the service a volume file; only its digest travels when the service already has it.
+
+        Raises OSError if the file cannot be read.
+        """
+        with path.open("rb") as file:
+            id = f"sha256:{hashlib.file_digest(file, 'sha256').hexdigest()}"
+            try:
+                return self.volume(id)
+            except ServiceError as error:
+                if error.status != HTTPStatus.NOT_FOUND:
+                    raise
+            size = file.tell()
+            file.seek(0)
+            response = self._request(
+                "POST",
+                "/api/v1/volumes",
+                params={"name": path.name},
+                content=file,
+                headers={"Content-Type": "application/octet-stream", "Content-Length": str(size)},
+            )
+        volume = self._read(Volume, response)
+        if volume.id != id:
+            raise ServiceError(response.status_code, f"{path} changed while it was uploaded; submit it again")
+        return volume
+
+    def volume(self, id: str) -> Volume:
+        """An uploaded volume; `id` is "sha256:" and the digest."""
+        return self._read(Volume, self._request("GET", f"/api/v1/volumes/{quote(id, safe=':')}"))
+
+    def devices(self) -> tuple[Device, ...]:
+        """The devices that the service renders on, those that failed their check among them."""
+        return self._read(DeviceList, self._request("GET", "/api/v1/devices")).items
+
+    def _upload_for(self, file: str) -> str:
+        try:
+            return self.upload(Path(file)).id
+        except OSError as error:
+            raise SceneError(f"{file}: {error.strerror or error}") from None
+
+    # Requests
+
+    def _request(self, method: str, path: str, **options: Any) -> httpx2.Response:
+        with self._reaching():
+            response = self._http.request(method, path, **options)
+        if not response.is_success:
+            raise self._refusal(response)
+        return response
+
+    @contextmanager
+    def _stream(self, path: str, *, silence: float | None = None) -> Iterator[httpx2.Response]:
+        timeout = httpx2.Timeout(self._timeout, read=silence or self._timeout)
+        with self._reaching(), self._http.stream("GET", path, timeout=timeout) as response:
+            if not response.is_success:
+                response.read()
+                raise self._refusal(response)
+            yield response
+
+    @contextmanager
+    def _reaching(self) -> Iterator[None]:
+        try:
+            yield
+        except httpx2.RequestError as error:
+            reason = str(error) or type(error).__name__
+            raise Unreachable(f"no answer from the service at {self.base_url}: {reason}") from None
+
+    def _refusal(self, response: httpx2.Response) -> ServiceError:
+        """The problem that an answer describes; a proxy's page or an empty body is described by its status."""
+        try:
+            problem = Problem.model_validate_json(response.content)
+        except ValidationError:
+            problem = Problem()
+        said = problem.detail or problem.title
+        bare = f"{self.base_url} answered {response.status_code} {response.reason_phrase}".rstrip()
+        return ServiceError(response.status_code, said or bare, problem.errors or ())
+
+    def _read(self, model: type[Model], response: httpx2.Response) -> Model:
+        return self._parse(model, response.content, response.status_code)
+
+    def _parse(self, model: type[Model], text: str | bytes, status: int = HTTPStatus.OK) -> Model:
+        try:
+            return model.model_validate_json(text)
+        except ValidationError:
+            raise ServiceError(
+                status,
+                f"{self.base_url} did not answer as a Woodcock service of this client's version would; "
+                "check the address and the versions",
+            ) from None
+
+
+def _job_path(id: str) -> str:
+    return f"/api/v1/jobs/{quote(id, safe='')}"

@@ -1,0 +1,128 @@
+"""What the service answers, as frozen models.
+
+Keys that this client does not know are ignored, so that an older client can read a newer service.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+from woodcock.scene import Scene, Stop
+
+State = Literal["queued", "running", "succeeded", "failed"]
+
+
+class Answer(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class Links(Answer):
+    """Addresses of a job's parts; null until the part exists."""
+
+    self: str
+    events: str
+    image: str | None = None
+    preview: str | None = None
+    report: str | None = None
+
+
+class JobSummary(Answer):
+    """A job as listings and events show it.
+
+    `fraction` runs from 0 to 1 along `target`; `seconds` is rendering time so far. `rmse` is the estimated standard
+    error of a pixel's luminance (root mean square over the picture, in the scene's unit of radiance), and
+    `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated.
+    """
+
+    id: str
+    name: str
+    state: State
+    created_at: datetime
+    started_at: datetime | None = None
+    finished_at: datetime | None = None
+    width: int
+    height: int
+    samples: int
+    target: Stop
+    fraction: float
+    seconds: float
+    rmse: float | None = None
+    relative_rmse: float | None = None
+    devices: tuple[str, ...] = ()
+    error: str | None = None
+    links: Links
+
+    @property
+    def finished(self) -> bool:
+        """True when nothing about the job will change any more."""
+        return self.state in ("succeeded", "failed")
+
+
+class Job(JobSummary):
+    """A job with the scene it renders."""
+
+    scene: Scene
+
+
+class JobPage(Answer):
+    items: tuple[JobSummary, ...]
+    next: str | None = None
+
+
+class Grid(Answer):
+    """One grid of a volume file; `shape` is its extent in voxels along x, y, z, `voxels` how many are stored."""
+
+    name: str
+    type: str
+    shape: tuple[int, int, int]
+    voxels: int
+
+
+class Volume(Answer):
+    """An uploaded volume file; `id` is `sha256:` and the digest of its bytes, `size` their number."""
+
+    id: str
+    name: str
+    size: int
+    created_at: datetime
+    grids: tuple[Grid, ...] = ()
+
+
+class Device(Answer):
+    """A device the service renders on.
+
+    `memory` in bytes; `lanes` the vector widths that work; `fault` why none does.
+    """
+
+    id: str
+    name: str
+    platform: str
+    driver: str
+    kind: str
+    compute_units: int
+    memory: int
+    lanes: tuple[int, ...] = ()
+    state: Literal["ready", "failed"]
+    fault: str | None = None
+
+
+class DeviceList(Answer):
+    items: tuple[Device, ...]
+
+
+class FieldError(Answer):
+    """One fault of a request: the field, as the request is written, and what would be right."""
+
+    field: str
+    message: str
+
+
+class Problem(Answer):
+    """RFC 9457 problem details."""
+
+    title: str = ""
+    status: int = 0
+    detail: str = ""
+    errors: tuple[FieldError, ...] | None = None

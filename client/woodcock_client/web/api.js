@@ -1,0 +1,80 @@
+// The service's HTTP API. A call resolves to the answer, or throws a Problem with a sentence to show.
+
+const ROOT = "/api/v1";
+
+export class Problem extends Error {
+  // status 0: no answer at all
+  constructor(status, detail) {
+    super(detail);
+    this.status = status;
+  }
+}
+
+async function get(path, signal) {
+  let response;
+  try {
+    response = await fetch(path, { signal, headers: { Accept: "application/json" }, cache: "no-store" });
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Problem(0, "The service does not answer.");
+  }
+  const body = await response.json().catch(() => null);
+  if (!response.ok || body === null) {
+    throw new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
+  }
+  return body;
+}
+
+export const listJobs = ({ limit, cursor }, signal) => {
+  const query = new URLSearchParams({ limit });
+  if (cursor) query.set("cursor", cursor);
+  return get(`${ROOT}/jobs?${query}`, signal);
+};
+
+export const getJob = (id, signal) => get(`${ROOT}/jobs/${encodeURIComponent(id)}`, signal);
+
+export const getReport = (job, signal) => get(job.links.report, signal);
+
+export const listDevices = (signal) => get(`${ROOT}/devices`, signal);
+
+export const isActive = (job) => job.state === "queued" || job.state === "running";
+
+// Calls onJob with the job now and at each change, onEnd after the last, and onLost(true/false) as the stream breaks
+// and comes back. A hidden tab lets go of its stream: browsers allow six connections to one address over HTTP/1.1,
+// shared by all tabs. Returns a function that stops it.
+export function followJob(job, { onJob, onEnd, onLost }) {
+  const RETRY = 3000; // ms; EventSource itself gives up when an answer is not 200, as while a service restarts
+  let source;
+  let timer;
+
+  function open() {
+    close();
+    if (document.hidden) return;
+    source = new EventSource(job.links.events);
+    source.onopen = () => onLost(false);
+    source.addEventListener("progress", (event) => onJob(JSON.parse(event.data)));
+    source.addEventListener("end", (event) => {
+      stop();
+      onJob(JSON.parse(event.data));
+      onEnd();
+    });
+    source.onerror = () => {
+      onLost(true);
+      if (source.readyState === EventSource.CLOSED) timer = setTimeout(open, RETRY);
+    };
+  }
+
+  function close() {
+    clearTimeout(timer);
+    source?.close();
+  }
+
+  function stop() {
+    close();
+    document.removeEventListener("visibilitychange", open);
+  }
+
+  document.addEventListener("visibilitychange", open);
+  open();
+  return stop;
+}

@@ -1,0 +1,62 @@
+// The shell and the router: `/` is the wall, `/renders/{id}` one render.
+
+import { render } from "preact";
+import { useEffect, useState } from "preact/hooks";
+import { html } from "./html.js";
+import { Render } from "./render.js";
+import { Notice } from "./states.js";
+import { Wall } from "./wall.js";
+
+function route(path) {
+  const [, id] = path.match(/^\/renders\/([^/]+)\/?$/) ?? [];
+  try {
+    if (id) return { id: decodeURIComponent(id) };
+  } catch {
+    return { unknown: true }; // a stray % in the address
+  }
+  return path === "/" ? {} : { unknown: true };
+}
+
+// A plain click on a link within the gallery changes the page without loading it again.
+function useRouter() {
+  const [path, setPath] = useState(location.pathname);
+  useEffect(() => {
+    const onClick = (event) => {
+      const link = event.target.closest?.("a[data-route]");
+      const plain = event.button === 0 && !(event.metaKey || event.ctrlKey || event.shiftKey || event.altKey);
+      if (!link || !plain || event.defaultPrevented) return;
+      event.preventDefault();
+      history.pushState(null, "", link.href);
+      setPath(location.pathname);
+    };
+    const onPop = () => setPath(location.pathname);
+    addEventListener("click", onClick);
+    addEventListener("popstate", onPop);
+    return () => {
+      removeEventListener("click", onClick);
+      removeEventListener("popstate", onPop);
+    };
+  }, []);
+  return route(path);
+}
+
+function App() {
+  const { id, unknown } = useRouter();
+  return html`
+    <a class="skip" href="#main">Skip to content</a>
+    <header class="bar">
+      <a class="brand" href="/" data-route><img src="/web/icon.svg" alt="" width="22" height="22" />Woodcock</a>
+      <nav aria-label="Service"><a href="/docs">API</a></nav>
+    </header>
+    <main id="main" tabindex="-1">
+      ${unknown
+        ? html`<${Notice} title="There is no such page" action=${html`<a class="button" href="/" data-route>All renders</a>`} />`
+        : id
+          ? html`<${Render} key=${id} id=${id} />`
+          : html`<${Wall} />`}
+    </main>
+  `;
+}
+
+history.scrollRestoration = "manual"; // the wall restores its own place once its cards are back
+render(html`<${App} />`, document.getElementById("app"));

@@ -1,0 +1,59 @@
+// Numbers and times as text. Digits are grouped by thin spaces, so that 1 024 means the same everywhere.
+
+export function count(n) {
+  return String(Math.round(n)).replace(/\B(?=(\d{3})+$)/g, "\u2009");
+}
+
+// Three significant digits, without an exponent where the number is of everyday size.
+export function number(x) {
+  if (x === 0) return "0";
+  const size = Math.abs(x);
+  if (size >= 1e5 || size < 1e-4) {
+    const [mantissa, exponent] = x.toExponential(1).split("e");
+    const digits = [...String(Number(exponent))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("");
+    return `${mantissa} × 10${digits}`;
+  }
+  return size >= 100 ? count(x) : String(Number(x.toPrecision(3)));
+}
+
+export const percent = (x) => `${number(100 * x)} %`;
+
+export function duration(seconds) {
+  if (seconds === 0) return "0 s";
+  if (seconds < 0.1) return `${number(1000 * seconds)} ms`;
+  if (seconds < 59.5) return `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`;
+  const whole = Math.round(seconds);
+  const minutes = Math.floor(whole / 60);
+  if (minutes < 60) return `${minutes} min ${String(whole % 60).padStart(2, "0")} s`;
+  return `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
+}
+
+export function ago(iso, now) {
+  const seconds = Math.max(0, (now - Date.parse(iso)) / 1000);
+  if (seconds < 60) return "just now";
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ago`;
+  if (seconds < 86400) return `${Math.floor(seconds / 3600)} h ago`;
+  if (seconds < 7 * 86400) return `${Math.floor(seconds / 86400)} d ago`;
+  return new Date(iso).toLocaleDateString("en-GB", { day: "numeric", month: "short", year: "numeric" });
+}
+
+export const moment = (iso) =>
+  new Date(iso).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "medium" });
+
+export const title = (job) => job.name || "Untitled";
+
+// The seconds that were asked for, as they were: 6 s, not 6.0 s.
+const limit = ({ target: { seconds } }) => (seconds < 60 ? `${number(seconds)} s` : duration(seconds));
+
+export const target = (job) =>
+  job.target.kind === "samples"
+    ? `${count(job.target.samples)} sample${job.target.samples === 1 ? "" : "s"} per pixel`
+    : `${limit(job)} of rendering`;
+
+export function progress(job) {
+  return job.target.kind === "samples"
+    ? `${count(job.samples)} of ${target(job)}`
+    : `${duration(job.seconds)} of ${limit(job)}, ${count(job.samples)} samples per pixel`;
+}
+
+export const STATES = { queued: "Queued", running: "Rendering", succeeded: "Done", failed: "Failed" };

@@ -1,0 +1,155 @@
+// One render: the picture, how far it is, how wrong it may still be, what it is made of, and its files.
+
+import { useEffect, useState } from "preact/hooks";
+import { followJob, getJob, getReport, isActive, listDevices } from "./api.js";
+import { Downloads } from "./downloads.js";
+import { Facts } from "./facts.js";
+import { duration, number, percent, progress, STATES, title } from "./format.js";
+import { html } from "./html.js";
+import { Picture } from "./picture.js";
+import { Badge, Bar, Notice, Offline } from "./states.js";
+
+const REFINE = 1500; // ms between two versions of the picture
+const SMALL = 320; // pixels; a picture up to this size shows its pixels rather than a blur
+const RETRY = 3000; // ms before a page that could not be loaded tries again
+
+const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
+
+export function Render({ id }) {
+  const { job, report, devices, problem, away } = useRender(id);
+
+  useEffect(() => {
+    scrollTo(0, 0);
+    document.getElementById("main").focus({ preventScroll: true });
+  }, []);
+  useEffect(() => {
+    const sign = !job ? "" : job.state === "running" ? `${Math.floor(100 * job.fraction)} % · ` : "";
+    document.title = `${sign}${job ? title(job) : "Render"} · Woodcock`;
+  }, [job]);
+
+  if (problem?.status === 404) {
+    return html`
+      <${Notice} title="There is no such render" action=${BACK}>
+        <p>The address may be mistyped, or the render was made by another service.</p>
+      <//>
+    `;
+  }
+  if (problem) {
+    const title = problem.status === 0 ? "The service does not answer" : "The render cannot be shown";
+    return html`<${Notice} title=${title} action=${BACK}><p>${problem.message} Trying again…</p><//>`;
+  }
+  if (!job) return html`<${Loading} />`;
+  return html`
+    <${Offline} when=${away} />
+    <div class="heading">
+      <a class="up" href="/" data-route>Renders</a>
+      <h1>${title(job)}</h1>
+      <${Badge} state=${job.state} label=${STATES[job.state]} />
+    </div>
+    <div class="render">
+      <div class=${`stage large ${Math.max(job.width, job.height) <= SMALL ? "pixels" : ""}`} style=${{ "--width": job.width, "--height": job.height }}>
+        <${Picture} job=${job} every=${REFINE} />
+      </div>
+      <div class="side">
+        ${job.state === "failed" && html`<${Failure} job=${job} />`}
+        <${Progress} job=${job} />
+        <${Downloads} job=${job} />
+        <${Facts} job=${job} report=${report} devices=${devices} />
+      </div>
+    </div>
+  `;
+}
+
+function useRender(id) {
+  const [job, setJob] = useState(null);
+  const [report, setReport] = useState(null);
+  const [devices, setDevices] = useState([]);
+  const [problem, setProblem] = useState(null);
+  const [away, setAway] = useState(false);
+
+  useEffect(() => {
+    const abort = new AbortController();
+    let stop = () => {};
+    let timer;
+    const ignore = () => {}; // the page does without
+
+    async function start() {
+      try {
+        const loaded = await getJob(id, abort.signal);
+        if (abort.signal.aborted) return undefined;
+        setJob(loaded);
+        setProblem(null);
+        const finish = (done) => done.links.report && getReport(done, abort.signal).then(setReport, ignore);
+        if (!isActive(loaded)) return finish(loaded);
+        let latest = loaded;
+        stop = followJob(loaded, {
+          onJob: (summary) => setJob((latest = { ...latest, ...summary })),
+          onEnd: () => finish(latest),
+          onLost: setAway,
+        });
+      } catch (error) {
+        if (error.name === "AbortError") return undefined;
+        setProblem(error);
+        if (error.status !== 404) timer = setTimeout(start, RETRY);
+      }
+      return undefined;
+    }
+
+    start();
+    listDevices(abort.signal).then(({ items }) => setDevices(items), ignore);
+    return () => {
+      abort.abort();
+      clearTimeout(timer);
+      stop();
+    };
+  }, [id]);
+  return { job, report, devices, problem, away };
+}
+
+// The first line is the sentence; a compiler's or a driver's own words may follow it.
+function Failure({ job }) {
+  const [sentence, ...rest] = (job.error || "The service gave no reason; its log may.").trim().split("\n");
+  return html`
+    <section class="failure" role="alert">
+      <h2>This render failed</h2>
+      <p>${sentence}</p>
+      ${rest.length > 0 && html`<details><summary>Everything that was said</summary><pre>${rest.join("\n").trim()}</pre></details>`}
+      <p class="fact">It will not be tried again by itself. Its scene can be downloaded below, mended and submitted anew.</p>
+    </section>
+  `;
+}
+
+function Progress({ job }) {
+  const { rmse, relative_rmse: relative } = job;
+  return html`
+    <section aria-label="Progress">
+      <${Bar} job=${job} label="Progress" />
+      <p class="numbers">${progress(job)}</p>
+      <dl class="figures">
+        <div>
+          <dt>Estimated error</dt>
+          <dd>${relative !== null ? percent(relative) : rmse !== null ? number(rmse) : "–"}</dd>
+        </div>
+        <div>
+          <dt>Rendering time</dt>
+          <dd>${duration(job.seconds)}</dd>
+        </div>
+      </dl>
+      <p class="explain">
+        ${rmse === null
+          ? "The error is estimated from how samples of the same pixel differ, once there are two."
+          : html`One standard error of a pixel’s luminance, root mean square over the picture${relative !== null
+              ? `: ${percent(relative)} of the mean, ${number(rmse)} in the scene’s unit of radiance`
+              : ", in the scene’s unit of radiance"}. Four times the samples halve it.`}
+      </p>
+    </section>
+  `;
+}
+
+const Loading = () => html`
+  <div class="heading" role="status"><a class="up" href="/" data-route>Renders</a><h1>Loading…</h1></div>
+  <div class="render" aria-hidden="true">
+    <div class="stage large"></div>
+    <div class="side"></div>
+  </div>
+`;

@@ -1,0 +1,1 @@
+"""The service: jobs in over HTTP, rendered on every OpenCL device there is."""

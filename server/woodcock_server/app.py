@@ -1,0 +1,82 @@
+"""The composition root: what the service is made of, in the order in which it starts."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import structlog
+from anyio import to_thread
+from fastapi import FastAPI, HTTPException
+from sqlalchemy import text
+from sqlalchemy.exc import SQLAlchemyError
+from woodcock import __version__
+
+from woodcock_server import cluster, problems
+from woodcock_server.config import Settings
+from woodcock_server.database import open_database
+from woodcock_server.devices import endpoints as devices
+from woodcock_server.devices.service import discover
+from woodcock_server.dispatcher import Dispatcher
+from woodcock_server.events import Changes
+from woodcock_server.gallery import endpoints as gallery
+from woodcock_server.jobs import endpoints as jobs
+from woodcock_server.services import Provided, Services
+from woodcock_server.storage import Storage
+from woodcock_server.volumes import endpoints as volumes
+
+log = structlog.get_logger()
+
+#: Largest body of a request that is not an upload, bytes; a scene takes a few thousand.
+BODY_LIMIT = 1 << 20
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The service as an ASGI application; devices, cluster and dispatcher start and stop with its lifespan.
+
+    Raises OSError for a data folder, and sqlalchemy.exc.SQLAlchemyError for a database, that cannot be used.
+    """
+    storage = Storage(settings.data)
+    engine = open_database(settings.database)
+    changes = Changes()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        found = await to_thread.run_sync(discover)
+        ready = [device.id for device in found if device.state == "ready"]
+        async with cluster.embedded(ready, storage.scratch) as client:
+            dispatcher = Dispatcher(engine, storage, changes, client, ready, settings.lease_seconds)
+            async with dispatcher.running():
+                app.state.services = Services(engine, storage, changes, found, dispatcher)
+                yield
+        engine.dispose()
+
+    app = FastAPI(
+        title="Woodcock",
+        summary="Renders participating media.",
+        version=__version__,
+        lifespan=lifespan,
+        responses=problems.problem_schema(422, 500),
+    )
+    problems.install(app)
+    uploads = volumes.router.prefix
+    app.add_middleware(problems.BodyLimit, limit=BODY_LIMIT, special={uploads: settings.upload_limit})
+    for endpoints in (jobs, volumes, devices, gallery):
+        app.include_router(endpoints.router)
+    app.mount("/web", gallery.static)
+    app.add_api_route("/healthz", healthz, methods=["GET"], responses=problems.problem_schema(503), tags=["health"])
+    return app
+
+
+def healthz(services: Provided) -> dict[str, Any]:
+    """Whether the service can do its work."""
+    try:
+        with services.engine.connect() as connection:
+            connection.execute(text("SELECT 1"))
+    except SQLAlchemyError as error:
+        log.error("the database does not answer", error=str(error))
+        raise HTTPException(503, "The database does not answer; the server's log says why.") from None
+    if fault := services.dispatcher.fault:
+        raise HTTPException(503, fault)
+    return {"status": "ok", "version": __version__, "devices": sum(d.state == "ready" for d in services.devices)}

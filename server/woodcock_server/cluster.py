@@ -1,0 +1,83 @@
+"""The Dask cluster that renders: embedded, a supervised worker process for each device."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import dask
+import structlog
+from distributed import Client, Nanny, Scheduler, SpecCluster
+
+from woodcock_server import worker
+
+log = structlog.get_logger()
+
+#: How often a range's worker may die before the job is given up.
+DEATHS_ALLOWED = 3
+
+SUPERVISION_SECONDS = 5.0
+
+
+def resource(device_id: str) -> dict[str, int]:
+    """What binds a task to a device. A worker's name or address would not do: a restarted worker has new ones."""
+    return {f"device:{device_id}": 1}
+
+
+@asynccontextmanager
+async def embedded(device_ids: Sequence[str], scratch: Path) -> AsyncIterator[Client]:
+    """A client of a cluster inside this process, its workers in processes of their own; a nanny restarts a dead one."""
+    # Each part also opens an HTTP server, wanted or not: on the loopback, on any port, with nothing to serve.
+    http = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
+    local: dict[str, Any] = {"host": "127.0.0.1", "protocol": "tcp://", **http}
+    options = {
+        **local,
+        "nthreads": 1,
+        "preload": [worker.__name__],
+        # A volume may take most of the memory: no limit at which a nanny would kill the worker.
+        "memory_limit": 0,
+        "local_directory": str(scratch),
+        "silence_logs": logging.WARNING,
+    }
+    workers = {
+        device_id: {"cls": Nanny, "options": {**options, "resources": resource(device_id)}} for device_id in device_ids
+    }
+    settings = {
+        "distributed.scheduler.allowed-failures": DEATHS_ALLOWED,
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+    }
+    with dask.config.set(settings):
+        async with (
+            SpecCluster(  # type: ignore[no-untyped-call]
+                scheduler={"cls": Scheduler, "options": local},
+                workers=workers,
+                asynchronous=True,
+                silence_logs=logging.WARNING,
+            ) as cluster,
+            Client(  # type: ignore[no-untyped-call]
+                cluster, asynchronous=True, direct_to_workers=True, set_as_default=False
+            ) as client,
+        ):
+            supervision = asyncio.create_task(_supervise(cluster))
+            try:
+                yield client
+            finally:
+                supervision.cancel()
+
+
+async def _supervise(cluster: SpecCluster) -> None:
+    """Start again what is gone for good: a nanny gives up when its worker dies before it is up.
+
+    Dask forgets the two some seconds later, and to await a cluster starts what it lacks.
+    """
+    while True:
+        await asyncio.sleep(SUPERVISION_SECONDS)
+        try:
+            await cluster
+        except Exception as error:
+            log.error("workers not started", reason=repr(error))

@@ -1,0 +1,111 @@
+"""`woodcock serve`"""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import socket
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import uvicorn
+from pydantic import ValidationError
+from sqlalchemy import make_url
+from sqlalchemy.exc import SQLAlchemyError
+
+from woodcock_server import logs
+from woodcock_server.app import create_app
+from woodcock_server.config import Settings
+
+#: How long requests may take to end when the server stops, seconds.
+GRACE_SECONDS = 5
+
+
+class Server(uvicorn.Server):
+    """Uvicorn, which at its end lets go of those who follow a job; they would stay for as long as it renders."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            host, port = self.servers[0].sockets[0].getsockname()[:2]
+            shown = f"[{host}]" if ":" in host else host
+            typer.echo(f"Woodcock is ready: http://{shown}:{port}/")
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        app: Any = self.config.app
+        app.state.services.changes.close()
+        await super().shutdown(sockets)
+
+
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on.", show_default="127.0.0.1")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes any.", show_default="8000")] = None,
+    data: Annotated[
+        Path | None, typer.Option(help="Folder of everything the service keeps.", show_default="the user's data folder")
+    ] = None,
+) -> None:
+    """Run the service and its gallery until Ctrl-C.
+
+    Everything else is set by environment variables: WOODCOCK_DATABASE_URL, WOODCOCK_UPLOAD_LIMIT and so on.
+    """
+    given: dict[str, Any] = {"host": host, "port": port, "data": data}
+    try:
+        settings = Settings(**{name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        for one in error.errors():
+            name = str(one["loc"][0])
+            option = f" (or --{name})" if name in given else ""
+            typer.echo(f"WOODCOCK_{name.upper()}{option}: {one['msg']}", err=True)
+        raise typer.Exit(2) from None
+    try:
+        listening = _listen(settings.host, settings.port)
+    except OSError as error:
+        typer.echo(_explain(error, settings), err=True)
+        raise typer.Exit(2) from None
+    with listening:
+        try:
+            app = create_app(settings)
+        except OSError as error:
+            typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
+            raise typer.Exit(2) from None
+        except SQLAlchemyError as error:
+            typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {_reason(error)}.", err=True)
+            raise typer.Exit(2) from None
+        logs.configure()
+        server = Server(uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=GRACE_SECONDS))
+        try:
+            asyncio.run(server.serve([listening]))
+        except KeyboardInterrupt:  # Uvicorn has stopped cleanly, and passes the signal on.
+            raise typer.Exit(130) from None
+        if not server.started:
+            raise typer.Exit(1)
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """Bound before anything else starts: a port that is taken should cost no second. Raises OSError."""
+    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    listening = socket.socket(family, kind, protocol)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind(address)
+        listening.set_inheritable(False)
+    except OSError:
+        listening.close()
+        raise
+    return listening
+
+
+def _reason(error: SQLAlchemyError) -> str:
+    """What the driver says, in one line; SQLAlchemy adds the statement and an address."""
+    return " ".join(str(getattr(error, "orig", None) or error).split())
+
+
+def _explain(error: OSError, settings: Settings) -> str:
+    match error.errno:
+        case errno.EADDRINUSE:
+            return f"Port {settings.port} of {settings.host} is taken; choose another with --port."
+        case errno.EACCES:
+            return f"Port {settings.port} needs privileges; choose one above 1023 with --port."
+        case _:
+            return f"Cannot listen on {settings.host}: {error.strerror}."

@@ -1,0 +1,35 @@
+"""Settings, from environment variables with the prefix WOODCOCK_."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from platformdirs import user_data_path
+from pydantic import ByteSize, Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Settings(BaseSettings):
+    """Every setting of the service; server/README.md says the same in a table."""
+
+    model_config = SettingsConfigDict(env_prefix="WOODCOCK_", frozen=True)
+
+    data: Path = Field(
+        default_factory=lambda: user_data_path("woodcock"),
+        description="Folder of everything the service keeps: database, volumes, renders.",
+    )
+    host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    port: Annotated[int, Field(ge=0, le=65535)] = Field(default=8000, description="Port to listen on; 0 takes any.")
+    upload_limit: ByteSize = Field(default=ByteSize(4 << 30), description="Largest volume accepted, e.g. `4GiB`.")
+    database_url: str | None = Field(
+        default=None, description="SQLAlchemy URL of the database; by default `woodcock.sqlite` in the data folder."
+    )
+    lease_seconds: Annotated[float, Field(ge=0.5)] = Field(
+        default=10.0, description="How long a job stays with a server that no longer answers."
+    )
+
+    @property
+    def database(self) -> str:
+        """SQLAlchemy URL of the database in use."""
+        return self.database_url or f"sqlite:///{(self.data / 'woodcock.sqlite').resolve()}"

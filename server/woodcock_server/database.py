@@ -1,0 +1,47 @@
+"""The database: engine, connection settings, schema at its head. The only place that knows SQLite from PostgreSQL.
+
+A transaction either reads or begins with its write: SQLite refuses a reader that turns writer after another's write.
+"""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from typing import Any
+
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import Connection, Engine, create_engine, event
+
+
+def open_database(url: str) -> Engine:
+    """An engine whose schema is up to date. Raises sqlalchemy.exc.SQLAlchemyError."""
+    engine = create_engine(url, pool_pre_ping=True)
+    if engine.dialect.name == "sqlite":
+        event.listen(engine, "connect", _configure_sqlite)
+        event.listen(engine, "begin", _begin_sqlite)
+    # Servers that start together must not migrate together: the write lock first, where there is one.
+    with engine.execution_options(immediate=True).begin() as connection:
+        config = alembic_config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+    return engine
+
+
+def alembic_config() -> Config:
+    """Alembic's configuration, with the migrations of the installed package."""
+    config = Config()
+    config.set_main_option("script_location", str(files("woodcock_server") / "migrations"))
+    config.set_main_option("path_separator", "os")
+    return config
+
+
+def _configure_sqlite(connection: Any, _record: Any) -> None:
+    # The driver would begin transactions by itself, and not for every statement; _begin_sqlite does.
+    connection.isolation_level = None
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "busy_timeout=10000"):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    immediate = connection.get_execution_options().get("immediate", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN")

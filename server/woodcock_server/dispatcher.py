@@ -1,0 +1,147 @@
+"""Takes jobs out of the queue, the oldest first and one at a time, under a lease that others can see run out."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager, suppress
+from datetime import UTC, datetime, timedelta
+
+import structlog
+from distributed import Client
+from sqlalchemy import Engine, RowMapping
+from sqlalchemy.exc import SQLAlchemyError
+from woodcock.device import DeviceError
+from woodcock.formats import VolumeError
+from woodcock.scene import SceneError
+
+from woodcock_server.events import Changes, wait
+from woodcock_server.jobs import repository
+from woodcock_server.rendering import LeaseLost, RenderError, Rendering, in_thread
+from woodcock_server.storage import Storage
+
+log = structlog.get_logger()
+
+#: How often the queue is looked at for jobs of other servers, and leases that ran out, seconds.
+LOOK_EVERY = 1.0
+
+
+class Dispatcher:
+    """Renders the queue's jobs on a cluster's devices."""
+
+    def __init__(
+        self, engine: Engine, storage: Storage, changes: Changes, client: Client, devices: Sequence[str], lease: float
+    ) -> None:
+        self._engine, self._storage, self._changes = engine, storage, changes
+        self._client, self._devices = client, devices
+        self._lease = timedelta(seconds=lease)
+        self._owner = f"{socket.gethostname()}:{os.getpid()}"
+        self._work = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Render in the background; at the end, put a job that is not finished back into the queue."""
+        if not self._devices:  # What is asked for waits in the queue, for a server that can render.
+            yield
+            return
+        self._task = asyncio.create_task(self._run(), name="dispatcher")
+        try:
+            yield
+        finally:
+            self._task.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._task
+
+    def wake(self) -> None:
+        """There is a new job."""
+        self._work.set()
+
+    @property
+    def fault(self) -> str | None:
+        """Why nothing is rendered, if so."""
+        if not self._devices:
+            return "No OpenCL device is ready; /api/v1/devices says why."
+        if self._task is None or self._task.done():
+            return "The dispatcher has stopped; the server's log says why."
+        return None
+
+    async def _run(self) -> None:
+        while True:
+            try:
+                row = await in_thread(self._claim)
+                if row is None:
+                    await wait(self._work, LOOK_EVERY)
+                else:
+                    await self._render(row)
+            except SQLAlchemyError as error:
+                # The job stays under its lease, and is claimed again from its checkpoint when that has run out.
+                log.error("the database does not answer", error=str(error))
+                await asyncio.sleep(LOOK_EVERY)
+            except Exception:  # One job's trouble must not be the end of all.
+                log.exception("the dispatcher stumbled")
+                await asyncio.sleep(LOOK_EVERY)
+
+    def _claim(self) -> RowMapping | None:
+        now = datetime.now(UTC)
+        with self._engine.connect() as connection:
+            job_id = repository.next_claimable(connection, now)
+        if job_id is None:
+            return None
+        with self._engine.begin() as connection:
+            return repository.claim(connection, job_id, self._owner, now, self._lease)
+
+    async def _render(self, row: RowMapping) -> None:
+        job = Rendering(self._engine, self._storage, self._changes, self._client, self._devices, row)
+        try:
+            await self._attempt(job)
+        except LeaseLost:
+            log.warning("job lost to another dispatcher", job=job.id)
+
+    async def _attempt(self, job: Rendering) -> None:
+        rendering = asyncio.create_task(job.run())
+        lease = asyncio.create_task(self._keep_lease(job))
+        try:
+            await asyncio.wait({rendering, lease}, return_when=asyncio.FIRST_COMPLETED)
+            if lease.done():
+                await _end(rendering)
+                lease.result()
+            rendering.result()
+        except asyncio.CancelledError:
+            await _end(rendering)
+            try:
+                await job.put_back()
+            except Exception as error:  # Its lease runs out instead.
+                log.warning("job not put back", job=job.id, reason=repr(error))
+            raise
+        except (RenderError, DeviceError, VolumeError, SceneError) as error:
+            await job.fail(str(error))
+        except (LeaseLost, SQLAlchemyError):
+            raise
+        except Exception as error:
+            log.exception("rendering broke off", job=job.id)
+            await job.fail(f"The renderer stopped unexpectedly: {type(error).__name__}: {error}")
+        finally:
+            await _end(lease)
+
+    async def _keep_lease(self, job: Rendering) -> None:
+        """Renew the lease until cancelled. Raises LeaseLost."""
+        while True:
+            await asyncio.sleep(0.3 * self._lease.total_seconds())
+            if not await in_thread(self._renew, job):
+                raise LeaseLost
+
+    def _renew(self, job: Rendering) -> bool:
+        with self._engine.begin() as connection:
+            values = {"lease_until": datetime.now(UTC) + self._lease}
+            return repository.write_held(connection, job.id, job.token, values)
+
+
+async def _end(task: asyncio.Task[None]) -> None:
+    """Cancel a task and wait until it is over, whatever it ends with."""
+    task.cancel()
+    await asyncio.wait({task})
+    if not task.cancelled():
+        task.exception()

@@ -1,0 +1,1 @@
+"""The gallery: the pages of `woodcock_client/web`, served as files."""

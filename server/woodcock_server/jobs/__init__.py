@@ -1,0 +1,1 @@
+"""Jobs: renders that were asked for."""

@@ -1,0 +1,100 @@
+"""/api/v1/jobs"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Annotated
+
+from anyio import to_thread
+from fastapi import APIRouter, Depends, HTTPException, Request, Response
+from fastapi.responses import FileResponse
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+from sqlalchemy import RowMapping
+
+from woodcock_server.jobs import repository, service
+from woodcock_server.jobs.schemas import PREFIX, Job, JobCreate, JobPage, State, job, summary
+from woodcock_server.paging import Cursor, Limit, link_next
+from woodcock_server.problems import problem_schema
+from woodcock_server.services import Provided, Services
+
+router = APIRouter(prefix=PREFIX, tags=["jobs"])
+
+
+def _existing(id: str, services: Provided) -> RowMapping:
+    row = service.find(services.engine, id)
+    if row is None:
+        raise HTTPException(404, f"There is no job {id}.")
+    return row
+
+
+Existing = Annotated[RowMapping, Depends(_existing)]
+
+
+@router.post("", status_code=201, responses=problem_schema(413))
+async def submit_job(request: JobCreate, response: Response, services: Provided) -> Job:
+    """Queue a render; it is in the database before this answers."""
+    row = await to_thread.run_sync(service.create, services.engine, request)
+    services.dispatcher.wake()
+    response.headers["Location"] = f"{PREFIX}/{row['id']}"
+    return job(row)
+
+
+@router.get("")
+def list_jobs(
+    request: Request,
+    response: Response,
+    services: Provided,
+    limit: Limit = 50,
+    cursor: Cursor = None,
+    state: State | None = None,
+) -> JobPage:
+    """Jobs without their scenes, newest first."""
+    with services.engine.connect() as connection:
+        rows, following = repository.page(connection, limit, cursor, state)
+    link_next(request, response, following)
+    return JobPage(items=[summary(row) for row in rows], next=following)
+
+
+@router.get("/{id}", responses=problem_schema(404))
+def get_job(row: Existing) -> Job:
+    """One job, with its scene."""
+    return job(row)
+
+
+@router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))
+async def follow_job(row: Existing, services: Provided) -> AsyncIterator[ServerSentEvent]:
+    """The job as it is now and at each change (`progress`), and at its end (`end`), as server-sent events."""
+    async for now in service.follow(services.engine, services.changes, row["id"]):
+        yield ServerSentEvent(event="end" if now.state.final else "progress", data=now)
+
+
+# Results
+
+
+@router.get("/{id}/image.exr", response_class=FileResponse, responses=problem_schema(404))
+def get_image(row: Existing, services: Provided) -> FileResponse:
+    """The picture: beauty, variance and sample count as layers of an EXR."""
+    path = _result(row, services, "image.exr", summary(row).links.image)
+    return FileResponse(path, media_type="image/x-exr")
+
+
+@router.get("/{id}/preview.png", response_class=Response, responses=problem_schema(404))
+def get_preview(row: Existing, services: Provided) -> Response:
+    """The picture so far, tone-mapped."""
+    path = _result(row, services, "preview.png", summary(row).links.preview)
+    # Read at once: a file that is replaced while it is sent would not have the length that was announced.
+    return Response(path.read_bytes(), media_type="image/png", headers={"Cache-Control": "no-cache"})
+
+
+@router.get("/{id}/report.json", response_class=FileResponse, responses=problem_schema(404))
+def get_report(row: Existing, services: Provided) -> FileResponse:
+    """How wrong the picture may be, how that fell with time, and what rendered it."""
+    path = _result(row, services, "report.json", summary(row).links.report)
+    return FileResponse(path, media_type="application/json")
+
+
+def _result(row: RowMapping, services: Services, name: str, link: str | None) -> Path:
+    if link is None:
+        raise HTTPException(404, f"Job {row['id']} has no {name}: it is {row['state']}.")
+    return services.storage.job_file(row["id"], name)

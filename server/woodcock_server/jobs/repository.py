@@ -1,0 +1,73 @@
+"""Rows of the table of jobs. A dispatcher's writes name the token of its claim, so one that lost its lease writes
+nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, RowMapping, and_, func, insert, literal, or_, select, update
+
+from woodcock_server.identifiers import new_id
+from woodcock_server.jobs.schemas import State
+from woodcock_server.paging import fetch_page
+from woodcock_server.tables import UtcDateTime, jobs
+
+
+def add(connection: Connection, name: str, scene: dict[str, Any], now: datetime) -> str:
+    """A new job in the queue; returns its id."""
+    job_id = new_id()
+    row = {"id": job_id, "name": name, "scene": scene, "state": State.QUEUED, "created_at": now}
+    connection.execute(insert(jobs).values(**row, samples=0, seconds=0.0, series=[], usage={}, token=0))
+    return job_id
+
+
+def get(connection: Connection, job_id: str) -> RowMapping | None:
+    return connection.execute(select(jobs).where(jobs.c.id == job_id)).mappings().one_or_none()
+
+
+def page(
+    connection: Connection, limit: int, cursor: str | None, state: State | None
+) -> tuple[Sequence[RowMapping], str | None]:
+    query = select(jobs)
+    if state is not None:
+        query = query.where(jobs.c.state == state)
+    return fetch_page(connection, query, jobs.c.id, limit, cursor)
+
+
+# For dispatchers
+
+
+def next_claimable(connection: Connection, now: datetime) -> str | None:
+    """The oldest job that waits, or whose holder let its lease run out."""
+    return connection.execute(select(jobs.c.id).where(_claimable(now)).order_by(jobs.c.id).limit(1)).scalar()
+
+
+def claim(connection: Connection, job_id: str, owner: str, now: datetime, lease: timedelta) -> RowMapping | None:
+    """Take the job under a new token; None if another was faster."""
+    taken = connection.execute(
+        update(jobs)
+        .where(jobs.c.id == job_id, _claimable(now))
+        .values(
+            state=State.RUNNING,
+            token=jobs.c.token + 1,
+            owner=owner,
+            lease_until=now + lease,
+            started_at=func.coalesce(jobs.c.started_at, literal(now, UtcDateTime)),
+        )
+    )
+    return get(connection, job_id) if taken.rowcount == 1 else None
+
+
+def write_held(connection: Connection, job_id: str, token: int, values: dict[str, Any]) -> bool:
+    """Write to a job's row as the holder of the token; False if it is held under another, or by nobody."""
+    held = and_(jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.RUNNING)
+    return connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
+
+
+def _claimable(now: datetime) -> ColumnElement[bool]:
+    return or_(
+        jobs.c.state == State.QUEUED,
+        and_(jobs.c.state == State.RUNNING, jobs.c.lease_until < now),
+    )

@@ -1,0 +1,141 @@
+"""Errors as RFC 9457 problems: every answer that is not a success is `application/problem+json`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from typing import Any
+
+import structlog
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from woodcock.scene import explain, field_path
+
+log = structlog.get_logger()
+
+
+class Fault(BaseModel):
+    """What is wrong with one field."""
+
+    field: str
+    message: str
+
+
+class Problem(BaseModel):
+    """RFC 9457; `errors` only where fields are at fault."""
+
+    type: str = "about:blank"
+    title: str
+    status: int
+    detail: str
+    errors: list[Fault] | None = None
+
+
+class ProblemResponse(JSONResponse):
+    media_type = "application/problem+json"
+
+
+class InvalidRequest(Exception):  # noqa: N818 - it names what was asked
+    """A 422 that names the fields at fault."""
+
+    def __init__(self, detail: str, *faults: Fault) -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.faults = faults
+
+
+def install(app: FastAPI) -> None:
+    """Answer every error with a problem."""
+
+    @app.exception_handler(HTTPException)
+    def http_error(_request: Request, error: HTTPException) -> ProblemResponse:
+        return respond(error.status_code, str(error.detail), headers=error.headers)
+
+    @app.exception_handler(RequestValidationError)
+    def validation_error(_request: Request, error: RequestValidationError) -> ProblemResponse:
+        faults = [_fault(one) for one in error.errors()]
+        count = "one fault" if len(faults) == 1 else f"{len(faults)} faults"
+        return respond(422, f"The request has {count}.", faults)
+
+    @app.exception_handler(InvalidRequest)
+    def invalid_request(_request: Request, error: InvalidRequest) -> ProblemResponse:
+        return respond(422, error.detail, error.faults)
+
+    @app.exception_handler(ClientDisconnect)
+    def gone(_request: Request, _error: ClientDisconnect) -> ProblemResponse:
+        return respond(400, "The connection closed before the body was complete.")
+
+    @app.exception_handler(Exception)
+    def internal_error(request: Request, error: Exception) -> ProblemResponse:
+        log.error("request failed", method=request.method, path=request.url.path, exc_info=error)
+        return respond(500, "The server failed to answer; its log says why.")
+
+
+def respond(
+    status: int, detail: str, faults: Sequence[Fault] = (), headers: Mapping[str, str] | None = None
+) -> ProblemResponse:
+    title = HTTPStatus(status).phrase
+    problem = Problem(title=title, status=status, detail=detail, errors=list(faults) or None)
+    return ProblemResponse(problem.model_dump(exclude_none=True), status, headers)
+
+
+def _fault(error: dict[str, Any]) -> Fault:
+    where, *loc = error["loc"]
+    if error["type"] == "json_invalid":
+        return Fault(field="body", message=f"is not JSON: {error['ctx']['error']} at character {loc[0]}")
+    if where == "body" and not loc:
+        return Fault(field="body", message="must be a JSON object, sent as application/json")
+    # The scene's own wording, which names the field as the scene is written.
+    field = field_path(loc)
+    line = explain([{**error, "loc": loc}]).replace("is not a key of a scene", "is not a known key")
+    return Fault(field=field, message=line.removeprefix(f"{field}: "))
+
+
+class BodyLimit:
+    """Refuse bodies above a limit, by their announced length and by what really comes in.
+
+    FastAPI's own limit answers an announced length in plain text, which no handler can turn into a problem.
+    """
+
+    def __init__(self, app: ASGIApp, limit: int, special: Mapping[str, int]) -> None:
+        self.app = app
+        self.limit = limit
+        self.special = special
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            return await self.app(scope, receive, send)
+        limit = self.special.get(scope["path"], self.limit)
+        announced = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
+        if int(announced) > limit:
+            return await _too_large(limit)(scope, receive, send)
+        total = 0
+
+        async def limited() -> Message:
+            nonlocal total
+            message = await receive()
+            total += len(message.get("body", b""))
+            if total > limit:
+                raise HTTPException(413, _sentence(limit))
+            return message
+
+        return await self.app(scope, limited, send)
+
+
+def _too_large(limit: int) -> ProblemResponse:
+    return respond(413, _sentence(limit))
+
+
+def _sentence(limit: int) -> str:
+    return f"The body is larger than the {limit} bytes that are accepted here."
+
+
+def problem_schema(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """What an endpoint's OpenAPI says of its errors."""
+    content = {"application/problem+json": {"schema": Problem.model_json_schema()}}
+    return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}

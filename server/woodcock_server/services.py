@@ -1,0 +1,31 @@
+"""What the endpoints work with, made once by app.py."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+from sqlalchemy import Engine
+
+from woodcock_server.devices.schemas import Device
+from woodcock_server.dispatcher import Dispatcher
+from woodcock_server.events import Changes
+from woodcock_server.storage import Storage
+
+
+@dataclass(frozen=True)
+class Services:
+    engine: Engine
+    storage: Storage
+    changes: Changes
+    devices: list[Device]
+    dispatcher: Dispatcher
+
+
+def _provide(request: Request) -> Services:
+    services: Services = request.app.state.services
+    return services
+
+
+Provided = Annotated[Services, Depends(_provide)]

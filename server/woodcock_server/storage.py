@@ -1,0 +1,130 @@
+"""Files the service keeps: volumes by their content, a folder for each job. Nothing half-written bears a final name."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from woodcock.files import replacing
+
+_CHECKPOINT = re.compile(r"film-(\d+)\.npz")
+
+
+class Upload:
+    """A volume on its way in: bytes are hashed while they go to a temporary file."""
+
+    def __init__(self, stream: BinaryIO, path: Path) -> None:
+        self.path = path
+        self.size = 0
+        self._stream = stream
+        self._hash = hashlib.sha256()
+
+    def write(self, chunk: bytes) -> None:
+        """Append. Raises OSError."""
+        self._stream.write(chunk)
+        self._hash.update(chunk)
+        self.size += len(chunk)
+
+    def finish(self) -> str:
+        """Bring the bytes to the disk; returns their SHA-256, 64 hex digits. Raises OSError."""
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        return self._hash.hexdigest()
+
+
+class Storage:
+    """The data folder. Methods block; call them from a thread."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.volumes = root / "volumes"
+        self.jobs = root / "jobs"
+        self.scratch = root / "scratch"
+        for folder in (self.volumes, self.jobs, self.scratch):
+            folder.mkdir(parents=True, exist_ok=True)
+        # Uploads that a killed server was receiving; another server's may be younger.
+        for path in self.scratch.glob("upload-*"):
+            with suppress(FileNotFoundError):
+                if path.stat().st_mtime < time.time() - 86400:
+                    path.unlink()
+
+    # Volumes
+
+    @contextmanager
+    def upload(self) -> Iterator[Upload]:
+        """A place for a volume's bytes; gone afterwards, unless kept."""
+        handle, name = tempfile.mkstemp(prefix="upload-", dir=self.scratch)
+        path = Path(name)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                yield Upload(stream, path)
+        finally:
+            path.unlink(missing_ok=True)
+
+    def keep_volume(self, upload: Path, volume_id: str) -> None:
+        """Move an uploaded file to its name for good. Raises OSError."""
+        upload.replace(self.volume_file(volume_id))
+        _sync_folder(self.volumes)
+
+    def volume_file(self, volume_id: str) -> Path:
+        """Where the volume `sha256:<64 hex>` lies."""
+        return self.volumes / volume_id.removeprefix("sha256:")
+
+    # Jobs
+
+    def job_file(self, job_id: str, name: str) -> Path:
+        return self.jobs / job_id / name
+
+    def open_job(self, job_id: str) -> None:
+        """Make the job's folder, and rid it of what a killed holder was writing."""
+        folder = self.jobs / job_id
+        folder.mkdir(exist_ok=True)
+        for path in folder.glob(".*"):
+            path.unlink(missing_ok=True)
+
+    def write_json(self, job_id: str, name: str, content: dict[str, Any]) -> None:
+        """Raises OSError, and ValueError for NaN and infinities."""
+        text = json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False)
+        with replacing(self.job_file(job_id, name)) as path:
+            path.write_text(text + "\n", encoding="utf-8")
+
+    def checkpoint(self, job_id: str, token: int) -> Path:
+        """Where the holder of this token keeps the job's Film: no two holders share a file."""
+        return self.job_file(job_id, f"film-{token}.npz")
+
+    def newest_checkpoint(self, job_id: str) -> Path | None:
+        """The Film of the latest holder that wrote one."""
+        return max(self._checkpoints(job_id), key=_token_of, default=None)
+
+    def drop_checkpoints(self, job_id: str, before: int) -> None:
+        """Remove the Films of holders before this token."""
+        for path in self._checkpoints(job_id):
+            if _token_of(path) < before:
+                path.unlink(missing_ok=True)
+
+    def _checkpoints(self, job_id: str) -> list[Path]:
+        with suppress(FileNotFoundError):
+            return [path for path in (self.jobs / job_id).iterdir() if _CHECKPOINT.fullmatch(path.name)]
+        return []
+
+
+def _token_of(path: Path) -> int:
+    match = _CHECKPOINT.fullmatch(path.name)
+    return int(match[1]) if match else -1
+
+
+def _sync_folder(folder: Path) -> None:
+    """A rename is durable once its folder is."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,81 @@
+"""The database's tables, for SQLite and PostgreSQL alike. A change here needs a migration; a test compares the two."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    Column,
+    DateTime,
+    Dialect,
+    Float,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+    TypeDecorator,
+)
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """Aware times in UTC; SQLite keeps none of the zone, so it is put back here."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        return None if value is None else value.astimezone(UTC)
+
+    def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        if value is None:
+            return None
+        return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
+
+
+metadata = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+jobs = Table(
+    "jobs",
+    metadata,
+    Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("name", String(200), nullable=False),
+    Column("scene", JSON, nullable=False),
+    Column("state", String(16), nullable=False),  # jobs.schemas.State
+    Column("created_at", UtcDateTime, nullable=False),
+    Column("started_at", UtcDateTime),
+    Column("finished_at", UtcDateTime),
+    # How far it is. The truth about samples is the checkpoint's Film, which names the ranges it holds.
+    Column("samples", BigInteger, nullable=False),
+    Column("seconds", Float, nullable=False),
+    Column("rmse", Float),
+    Column("relative_rmse", Float),
+    Column("series", JSON, nullable=False),  # list of woodcock.report.Point
+    Column("usage", JSON, nullable=False),  # device id -> woodcock.report.Use
+    Column("error", Text),
+    # Who renders it. Every write of a dispatcher names the token it claimed the job with.
+    Column("token", Integer, nullable=False),
+    Column("owner", String(200)),
+    Column("lease_until", UtcDateTime),
+    Index(None, "state", "id"),
+)
+
+volumes = Table(
+    "volumes",
+    metadata,
+    Column("id", String(71), primary_key=True),  # sha256:<64 hex>, which is also the name of the file
+    Column("entry", String(36), nullable=False, unique=True),  # sorts by time of upload
+    Column("name", String(200), nullable=False),
+    Column("size", BigInteger, nullable=False),
+    Column("created_at", UtcDateTime, nullable=False),
+    Column("grids", JSON, nullable=False),
+)

@@ -1,0 +1,121 @@
+"""The demo: as `make demo` runs it, and what it says when it cannot go on."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from woodcock.scene import load
+from woodcock_client import Client
+from woodcock_client.demo import render
+
+if TYPE_CHECKING:
+    from conftest import Service
+
+COMMAND = [sys.executable, "-m", "woodcock_client.demo"]
+MARK = "WOODCOCK_TEST_MARK"
+
+
+@pytest.fixture
+def environment() -> Iterator[dict[str, str]]:
+    """For the demo's process; no process that inherits it may be left when the test ends."""
+    mark = secrets.token_hex(8)
+    yield {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "200", MARK: mark}
+    left = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"{MARK}={mark}".encode() in (process / "environ").read_bytes():
+                left.append((process / "cmdline").read_bytes().replace(b"\0", b" "))
+        except OSError:  # another user's, or gone
+            continue
+    assert left == []
+
+
+@pytest.fixture
+def arguments(tmp_path: Path, scene_json: dict[str, Any]) -> list[str]:
+    """A tiny scene of a volume to upload, and one without."""
+    scenes = tmp_path / "scenes"
+    scenes.mkdir()
+    small = {**scene_json, "film": {"width": 16, "height": 16}, "stop": {"kind": "samples", "samples": 4}}
+    (scenes / "box.json").write_text(json.dumps(small))
+    values = b"\x93NUMPY\x01\x00" + (118).to_bytes(2, "little")
+    header = "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2, 2)}"
+    (scenes / "cube.npy").write_bytes(values + header.ljust(117).encode() + b"\n" + bytes(range(8)))
+    cube = {"kind": "grid", "file": "cube.npy", "albedo": 0.5}
+    (scenes / "cube.json").write_text(json.dumps({**small, "volumes": [cube]}))
+    return ["--scenes", str(scenes), "--folder", str(tmp_path / "demo")]
+
+
+def run(arguments: list[str], environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    command = [*COMMAND, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+
+
+def test_renders_every_scene_and_ends(arguments: list[str], environment: dict[str, str], tmp_path: Path) -> None:
+    done = run([*arguments, "--once"], environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("succeeded 100%") == 2
+    for name in ("box", "cube"):
+        assert (tmp_path / f"demo/{name}.exr").read_bytes().startswith(b"v/1\x01")
+        assert (tmp_path / f"demo/{name}.png").read_bytes().startswith(b"\x89PNG")
+        assert json.loads((tmp_path / f"demo/{name}.report.json").read_text())
+        assert str(tmp_path / f"demo/{name}.exr") in done.stdout
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_serves_until_it_is_interrupted(sent: signal.Signals, arguments: list[str], environment: dict[str, str]) -> None:
+    command = [*COMMAND, *arguments]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        (last,) = (line for line in iter(process.stdout.readline, "") if "until Ctrl-C" in line or not line)
+        with Client(last.split()[4]) as client:
+            assert {job.state for job in client.jobs()} == {"succeeded"}
+        process.send_signal(sent)
+        assert process.wait(30) == 0
+        assert "Traceback" not in process.stderr.read()
+
+
+def test_says_what_is_missing_to_render(arguments: list[str], environment: dict[str, str], tmp_path: Path) -> None:
+    done = run([*arguments, "--once"], {**environment, "PATH": str(tmp_path)})
+    assert done.returncode == 1
+    assert done.stderr.startswith("demo: there is nothing to render on: PoCL needs a linker and found no `ld`")
+
+
+def test_a_bad_scene_starts_nothing(arguments: list[str], environment: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "scenes/bad.json").write_text("{}")
+    done = run(arguments, environment)
+    assert done.returncode == 2
+    assert done.stderr == f"demo: {tmp_path}/scenes/bad.json: camera: is required\n" or "volumes" in done.stderr
+    assert not (tmp_path / "demo").exists()
+
+
+def test_a_failed_render_is_told_of_and_the_others_go_on(
+    renders: Service, scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    add = renders.add
+
+    def failing(scene: dict[str, Any], name: str = "") -> str:
+        if name != "bad":
+            return add(scene, name)
+        id = type(renders).add(renders, scene, name)
+        threading.Timer(0.1, renders.update, [id], {"state": "failed", "error": "the compiler gave up"}).start()
+        return id
+
+    renders.add = failing  # type: ignore[method-assign]
+    with Client(renders.url) as client:
+        assert not render(client, {"bad": load(scene_file), "good": load(scene_file)}, tmp_path)
+        assert "bad failed: the compiler gave up" in capsys.readouterr().err
+        assert (tmp_path / "good.exr").exists()
+        assert not (tmp_path / "bad.exr").exists()

@@ -1,0 +1,355 @@
+"""The gallery in a real browser: against the service itself, then against faults that it cannot be asked for."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from woodcock.scene import Scene
+from woodcock_client import Client
+
+if TYPE_CHECKING:
+    from conftest import Service
+
+WEB = Path(__file__).parents[2] / "client" / "woodcock_client" / "web"
+ARGUMENTS = [
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+]
+REPORT = {
+    "program_hash": "9f3c2a77b1e04d55",
+    "kinds": {"camera": ["perspective"], "volume": ["constant"]},
+    "seconds": {"read": 0.1, "build": 0.5, "upload": 0.1, "render": 3.0},
+    "rejected_samples": 0,
+    "majorant_violations": 12,
+    "devices": [{"id": "cpu0", "name": "A processor", "lanes": 8, "samples": 64, "render_seconds": 3.0}],
+    "error": [{"seconds": 0.1 * 4**i, "samples": 4**i, "rmse": 0.2 / 2**i} for i in range(4)],
+}
+
+expect.set_options(timeout=15_000)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        message = "chromium is missing: apt-get install chromium"
+        if os.environ.get("WOODCOCK_REQUIRE_BROWSER") == "1":
+            pytest.fail(message)
+        pytest.skip(message)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def said(context: BrowserContext) -> Iterator[list[str]]:
+    """What the console says; a test that expects something takes it out, the rest fails it."""
+    said: list[str] = []
+    context.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+    context.on("weberror", lambda error: said.append(str(error.error)))
+    yield said
+    assert said == []
+
+
+@pytest.fixture
+def page(context: BrowserContext, said: list[str]) -> Page:
+    return context.new_page()
+
+
+def picture_range(page: Page) -> int:
+    """The picture's brightest value less its darkest, of 255."""
+    return int(
+        page.locator(".stage img").evaluate(
+            """async (image) => {
+                await image.decode();
+                const canvas = document.createElement("canvas");
+                [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
+                const draw = canvas.getContext("2d");
+                draw.drawImage(image, 0, 0);
+                const values = draw.getImageData(0, 0, canvas.width, canvas.height).data.filter((_, i) => i % 4 < 3);
+                return Math.max(...values) - Math.min(...values);
+            }"""
+        )
+    )
+
+
+# The service itself
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> Iterator[str]:
+    """A real service on a free port, with a folder of its own."""
+    program = "import typer; from woodcock_server.command import serve; typer.run(serve)"
+    command = [sys.executable, "-c", program, "--port", "0", "--data", str(tmp_path / "data")]
+    log = tmp_path / "log"
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            command,
+            stdout=output,
+            stderr=output,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": "1"},
+            start_new_session=True,
+        )
+    try:
+        deadline = time.monotonic() + 90
+        while not (ready := re.search(r"is ready: (http://\S+?)/?\s", log.read_text())):
+            assert process.poll() is None, log.read_text()
+            assert time.monotonic() < deadline, log.read_text()
+            time.sleep(0.1)
+        yield ready[1]
+        process.send_signal(signal.SIGINT)
+        process.wait(timeout=30)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def test_a_render_from_submission_to_download(page: Page, address: str, scene_json: dict[str, Any]) -> None:
+    # An empty wall says what to do
+    page.goto(address)
+    expect(page.get_by_role("heading", name="Nothing rendered yet")).to_be_visible()
+    expect(page.get_by_text(f"woodcock submit scene.json --follow --server {address}")).to_be_visible()
+
+    # The card of a new render appears by itself
+    scene_json["volumes"][0]["albedo"] = 0.5  # darker than its surround
+    scene = Scene.model_validate({**scene_json, "stop": {"kind": "seconds", "seconds": 3}})
+    with Client(address) as client:
+        job = client.submit(scene, name="furnace <b>box</b>")
+    card = page.get_by_role("link", name="furnace <b>box</b>")
+    expect(card).to_be_visible()
+    card.click()
+    expect(page).to_have_url(f"{address}/renders/{job.id}")
+
+    # The page follows it to its end
+    expect(page.locator(".badge")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "100")
+    expect(page.locator(".numbers")).to_contain_text("of 3 s")
+    expect(page.locator(".figures")).to_contain_text("%")
+    expect(page.get_by_role("heading", name="Error over time")).to_be_visible()
+    expect(page.get_by_role("heading", name="Where the time went")).to_be_visible()
+    expect(page.locator(".caution")).to_have_count(0)
+    picture = page.locator(".stage img")
+    expect(picture).to_be_visible()
+    assert picture_range(page) > 20
+
+    # Its files come down
+    with page.expect_download() as exr:
+        page.get_by_role("link", name="EXR").click()
+    assert exr.value.suggested_filename == "furnace-b-box-b.exr"
+    assert exr.value.path().read_bytes()[:4] == b"\x76\x2f\x31\x01"
+    with page.expect_download() as written:
+        page.get_by_role("link", name="Scene").click()
+    assert Scene.model_validate_json(written.value.path().read_bytes()) == scene
+
+    # The same address works from nothing, and the wall shows the finished card
+    page.reload()
+    expect(page.locator(".badge")).to_have_text("Done")
+    page.get_by_role("link", name="Renders").click()
+    expect(page.locator(".card .stage img")).to_be_visible()
+    expect(page.locator(".card .progress")).to_have_count(0)
+
+
+# The wall
+
+
+def test_a_card_moves_with_its_render(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "moving")
+    page.goto(service.url)
+    expect(page.locator(".card .badge")).to_have_text("Queued")
+    expect(page.locator(".card")).to_contain_text("No samples yet")
+    box = page.locator(".card").bounding_box()
+    service.advance(id, 16)
+    expect(page.locator(".card .badge")).to_have_text("25 %")
+    expect(page.locator(".card img")).to_have_attribute("src", re.compile(r"samples=16$"))
+    service.advance(id, 48)
+    expect(page.locator(".card img")).to_have_attribute("src", re.compile(r"samples=48$"))
+    assert page.locator(".card").bounding_box() == box  # nothing jumped
+    service.finish(id)
+    expect(page.locator(".card .badge")).to_have_count(0)
+
+
+def test_older_renders_come_as_the_wall_is_scrolled(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    for number in range(110):
+        service.add(scene_json, f"render {number}")
+        service.finish(f"job{number:04}")
+    page.goto(service.url)
+    expect(page.locator(".card").first).to_contain_text("render 109")
+    expect(page.locator(".card")).to_have_count(48)
+    page.mouse.move(600, 400)
+    page.mouse.wheel(0, 20_000)
+    expect(page.locator(".card")).to_have_count(96)
+    page.mouse.wheel(0, 20_000)
+    expect(page.locator(".card")).to_have_count(110)
+    expect(page.locator(".rest")).to_have_count(0)
+
+    # Back from a render, the wall is as it was left
+    page.mouse.wheel(0, -300)
+    page.wait_for_timeout(200)
+    place = page.evaluate("scrollY")
+    page.locator(".card").nth(90).evaluate("card => card.click()")
+    expect(page.locator(".render")).to_be_visible()
+    page.go_back()
+    expect(page.locator(".card")).to_have_count(110)
+    assert page.evaluate("scrollY") == pytest.approx(place, abs=2)
+
+
+def test_the_keyboard_suffices(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    service.finish(service.add(scene_json, "typed"))
+    page.goto(service.url)
+    expect(page.locator(".card")).to_be_visible()
+    names = []
+    for _ in range(4):
+        page.keyboard.press("Tab")
+        names.append(page.evaluate("document.activeElement.textContent.trim().slice(0, 12)"))
+    assert names[:3] == ["Skip to cont", "Woodcock", "API"]
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", name="typed")).to_be_visible()
+    assert page.evaluate("document.activeElement.id") == "main"
+
+
+def test_a_service_that_goes_and_comes_back(
+    service: Service, page: Page, said: list[str], scene_json: dict[str, Any]
+) -> None:
+    service.broken = (503, "application/problem+json", b'{"detail": "the database is not there"}')
+    page.route(re.compile(r"/(web/.*)?$"), lambda route: serve_file(route))
+    page.goto(service.url)
+    expect(page.get_by_role("heading", name="The renders cannot be listed")).to_be_visible()
+    expect(page.get_by_text("the database is not there")).to_be_visible()
+    service.broken = None
+    service.add(scene_json, "kept")
+    page.get_by_role("button", name="Try again").click()
+    expect(page.get_by_text("kept")).to_be_visible()
+    page.route("**/api/**", lambda route: route.abort())
+    expect(page.get_by_text("The service does not answer.")).to_be_visible()
+    expect(page.get_by_text("kept")).to_be_visible()  # what was known stays in view
+    page.unroute("**/api/**")
+    expect(page.get_by_text("The service does not answer.")).to_be_hidden()
+    assert said
+    assert all("Failed to load resource" in line for line in said)
+    said.clear()
+
+
+def serve_file(route: Any) -> None:
+    path = route.request.url.split("/", 3)[3] or "web/index.html"
+    route.fulfill(path=WEB.parent / path)
+
+
+# One render
+
+
+def test_a_render_shows_its_progress_and_then_its_report(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    id = service.add(scene_json, "followed")
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".badge")).to_have_text("Queued")
+    for samples in (16, 32):
+        service.advance(id, samples)
+        expect(page.locator(".numbers")).to_have_text(f"{samples} of 64 samples per pixel")
+        expect(page.locator(".stage img")).to_have_attribute("src", re.compile(f"samples={samples}$"))
+    expect(page.locator(".figures")).to_contain_text("8.84 %")
+    expect(page.locator(".explain").first).to_contain_text("0.0442 in the scene’s unit of radiance")
+    expect(page.get_by_text("EXR not yet")).to_be_visible()
+    expect(page).to_have_title("50 % · followed · Woodcock")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    expect(page.locator(".badge")).to_have_text("Done")
+    expect(page.get_by_role("link", name="EXR")).to_be_visible()
+    expect(page.locator(".table").first).to_contain_text("A processor cpu0: 64 samples in 3.0 s, 8 at a time")
+    expect(page.locator(".caution")).to_contain_text("The density exceeded its majorant 12 times")
+    expect(page.locator(".caution")).not_to_contain_text("finite")
+    expect(page.locator("code")).to_have_text("9f3c2a77b1e0")
+    expect(page.get_by_text("perspective")).to_be_visible()
+    expect(page.get_by_role("img", name="The error fell from 0.2 after 0.1 s to 0.025 after 6.4 s.")).to_be_visible()
+
+
+def test_a_broken_stream_is_picked_up(
+    service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
+) -> None:
+    id = service.add(scene_json, "followed")
+    service.streams_to_cut = 1
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.get_by_text("The service does not answer.")).to_be_visible()
+    expect(page.get_by_text("The service does not answer.")).to_be_hidden()
+    service.advance(id, 64)
+    service.finish(id)
+    expect(page.locator(".badge")).to_have_text("Done")
+    assert all("ERR_INCOMPLETE_CHUNKED_ENCODING" in line for line in said)
+    said.clear()
+
+
+def test_a_hidden_tab_lets_go_of_its_stream(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "hidden")
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".numbers")).to_have_text("0 of 64 samples per pixel")
+    show = """hidden => {
+        Object.defineProperty(document, "hidden", { value: hidden, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+    }"""
+    page.evaluate(show, True)
+    streams = service.requests.count(("GET", f"/api/v1/jobs/{id}/events"))
+    service.advance(id, 32)
+    page.wait_for_timeout(300)
+    expect(page.locator(".numbers")).to_have_text("0 of 64 samples per pixel")
+    page.evaluate(show, False)
+    expect(page.locator(".numbers")).to_have_text("32 of 64 samples per pixel")
+    assert service.requests.count(("GET", f"/api/v1/jobs/{id}/events")) == streams + 1
+
+
+def test_a_failure_is_told_in_words_and_nothing_runs_as_markup(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    attack = "<img src=x onerror='document.title=1'><script>document.title=2</script>"
+    id = service.add(scene_json, attack)
+    service.update(id, state="failed", error=f"the device ran out of memory {attack}\n\nclFinish: -5")
+    page.goto(service.url)
+    expect(page.locator(".card")).to_contain_text(attack)
+    page.locator(".card").click()
+    expect(page.get_by_role("alert")).to_contain_text(f"the device ran out of memory {attack}")
+    expect(page.get_by_text("clFinish: -5")).to_be_hidden()
+    page.get_by_text("Everything that was said").click()
+    expect(page.get_by_text("clFinish: -5")).to_be_visible()
+    expect(page.get_by_role("heading", level=1)).to_have_text(attack)
+    expect(page.get_by_text("EXR none")).to_be_visible()
+    expect(page).to_have_title(f"{attack} · Woodcock")
+    assert page.locator("img[src=x], main script").count() == 0
+
+
+def test_a_render_that_is_not_there(service: Service, page: Page, said: list[str]) -> None:
+    page.goto(f"{service.url}/renders/nope")
+    expect(page.get_by_role("heading", name="There is no such render")).to_be_visible()
+    page.get_by_role("link", name="All renders").click()
+    expect(page.get_by_role("heading", name="Nothing rendered yet")).to_be_visible()
+    assert all("404" in line for line in said)
+    said.clear()
+
+
+@pytest.mark.parametrize("width", [320, 390, 900, 2560])
+def test_no_width_scrolls_sideways(service: Service, page: Page, scene_json: dict[str, Any], width: int) -> None:
+    id = service.add(scene_json, "w" * 150)
+    service.update(id, state="failed", error="x" * 300)
+    page.set_viewport_size({"width": width, "height": 700})
+    for path, found in (("/", ".card"), (f"/renders/{id}", ".failure")):
+        page.goto(service.url + path)
+        expect(page.locator(found)).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -1,0 +1,29 @@
+"""What the gallery's folder holds."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from pathlib import Path
+
+WEB = Path(__file__).parents[2] / "client" / "woodcock_client" / "web"
+
+
+def test_vendored_modules_are_those_that_are_listed() -> None:
+    listed = dict(
+        re.findall(r"^\| `([\w.-]+)` .* `([0-9a-f]{64})` \|$", (WEB / "vendor/VERSIONS.md").read_text(), re.MULTILINE)
+    )
+    digests = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in (WEB / "vendor").glob("*.mjs")}
+    assert listed == digests
+    assert {path.name for path in (WEB / "vendor").glob("*.LICENSE")} == {"preact.LICENSE", "htm.LICENSE"}
+
+
+def test_the_policy_admits_the_import_map_and_the_map_names_files() -> None:
+    page = (WEB / "index.html").read_text()
+    found = re.search(r'<script type="importmap">(.*?)</script>', page, re.DOTALL)
+    assert found
+    assert f"'sha256-{base64.b64encode(hashlib.sha256(found[1].encode()).digest()).decode()}'" in page
+    for address in json.loads(found[1])["imports"].values():
+        assert (WEB.parent / address[1:]).is_file()

@@ -1,0 +1,96 @@
+"""What tests of the renderer share: the device, the lane widths it can run, and small scenes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from woodcock.device import Context, Device, find
+from woodcock.film import Film
+from woodcock.probe import probe
+from woodcock.render import Renderer
+from woodcock.scene import Scene, parse
+
+#: Statistical tests fail by chance with this probability each at most; seeds are fixed, so they do not in CI.
+SIGNIFICANCE = 1e-6
+
+Picture = Callable[..., Film]
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "lanes" in metafunc.fixturenames:
+        metafunc.parametrize("lanes", probe(find()).lanes)
+
+
+@pytest.fixture(scope="session")
+def device() -> Device:
+    return find()
+
+
+@pytest.fixture(scope="session")
+def context(device: Device) -> Context:
+    return Context.on(device)
+
+
+@pytest.fixture(scope="session")
+def picture(device: Device) -> Picture:
+    """Renders samples [0, n) of a scene given as its JSON's Python."""
+
+    def render(scene: dict[str, Any], samples: int, lanes: int | None = None) -> Film:
+        return Renderer(described(scene), device, lanes=lanes).render(0, samples)
+
+    return render
+
+
+def described(scene: dict[str, Any]) -> Scene:
+    return parse(json.dumps(scene))
+
+
+@pytest.fixture
+def box() -> dict[str, Any]:
+    """A grey unit cube seen along +z, filling the picture, in an environment of radiance 1."""
+    return {
+        "camera": {
+            "kind": "orthographic",
+            "origin": [0.5, 0.5, -1],
+            "target": [0.5, 0.5, 0.5],
+            "up": [0, -1, 0],
+            "height": 1,
+        },
+        "volumes": [{"kind": "constant", "min": [0, 0, 0], "max": [1, 1, 1], "sigma_t": 2, "albedo": 0.5}],
+        "lights": [{"kind": "constant", "radiance": 1}],
+        "film": {"width": 32, "height": 32},
+        "seed": 7,
+    }
+
+
+@pytest.fixture
+def grid(tmp_path: Path) -> Callable[..., dict[str, Any]]:
+    """A grid volume of an array [z][y][x], in the unit cube."""
+
+    def volume(values: Any, **keys: Any) -> dict[str, Any]:
+        file = tmp_path / f"grid{len(list(tmp_path.iterdir()))}.npy"
+        np.save(file, values)
+        return {"kind": "grid", "file": str(file), "albedo": 0.5, **keys}
+
+    return volume
+
+
+def z_score(film: Film, expected: Any) -> float:
+    """How many standard errors the picture's mean lies off that of the expected values (a number or a picture)."""
+    error = math.sqrt(float(film.variance().sum())) / film.mean.size
+    return (float(film.mean.mean()) - float(np.mean(expected))) / error
+
+
+@pytest.fixture(scope="session")
+def agrees() -> Callable[[Film, Any], bool]:
+    """Is the picture's mean that of the expected values, at SIGNIFICANCE?"""
+    from scipy.stats import norm
+
+    limit = float(norm.isf(SIGNIFICANCE / 2))
+    return lambda film, expected: abs(z_score(film, expected)) < limit

@@ -1,0 +1,91 @@
+"""Films merge by Chan's rule, know their samples, and come back from disk whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from woodcock.film import Film, FilmError, join
+
+
+def film(values: np.ndarray, start: int) -> Film:
+    """The film of samples (n, h, w, c)."""
+    n = len(values)
+    mean = values.mean(axis=0)
+    return Film(
+        np.full(mean.shape[:2], n, np.uint32), mean, ((values - mean) ** 2).sum(axis=0), ((start, start + n),), 1, 2
+    )
+
+
+def test_merging_is_the_film_of_all_samples() -> None:
+    values = np.random.default_rng(1).lognormal(3, 2, (37, 4, 5, 3))
+    parts = [film(values[a:b], a) for a, b in ((0, 5), (5, 6), (20, 37), (6, 20))]
+    merged = Film.empty(5, 4, 3)
+    for part in parts:
+        merged = merged.merge(part)
+    whole = film(values, 0)
+    assert merged.ranges == whole.ranges
+    assert merged.samples == 37
+    assert np.array_equal(merged.count, whole.count)
+    assert np.allclose(merged.mean, whole.mean, rtol=1e-14)
+    assert np.allclose(merged.m2, whole.m2, rtol=1e-13)
+    assert (merged.rejected, merged.violations) == (4, 8)
+    assert np.allclose(merged.variance(), values.var(axis=0, ddof=1) / 37)
+
+
+def test_no_sample_counts_twice() -> None:
+    values = np.ones((4, 2, 2, 1))
+    with pytest.raises(FilmError, match="samples 2 to 4 would count twice"):
+        film(values, 0).merge(film(values, 2))
+    with pytest.raises(FilmError, match="cannot be merged"):
+        film(values, 0).merge(Film.empty(3, 2, 1))
+
+
+def test_ranges_join() -> None:
+    assert join(((0, 2), (4, 6)), ((2, 4), (9, 10))) == ((0, 6), (9, 10))
+
+
+def test_error_is_unknown_below_two_samples() -> None:
+    assert np.isnan(film(np.ones((1, 2, 2, 1)), 0).rmse())
+    assert film(np.ones((2, 2, 2, 1)), 0).rmse() == 0
+
+
+def test_error_predicts_the_spread_of_pictures() -> None:
+    """rmse is the standard error that repeated films really have."""
+    random = np.random.default_rng(5)
+    films = [film(random.exponential(1, (16, 8, 8, 3)), 0) for _ in range(200)]
+    spread = np.sqrt(np.mean(np.var([f.mean for f in films], axis=0)))
+    assert np.mean([f.rmse() for f in films]) == pytest.approx(spread, rel=0.03)
+
+
+def test_saved_films_come_back(tmp_path: Path) -> None:
+    path = tmp_path / "film.npz"
+    one = film(np.random.default_rng(2).random((3, 4, 5, 3)), 7)
+    one.save(path)
+    two = Film.load(path)
+    assert two.ranges == one.ranges
+    assert (two.rejected, two.violations) == (1, 2)
+    for name in ("count", "mean", "m2"):
+        assert np.array_equal(getattr(one, name), getattr(two, name))
+    assert [file.name for file in tmp_path.iterdir()] == ["film.npz"]
+
+
+@pytest.mark.parametrize("kept", [0, 10, 100, -1])
+def test_a_torn_film_is_a_clear_error(tmp_path: Path, kept: int) -> None:
+    path = tmp_path / "film.npz"
+    film(np.ones((3, 4, 5, 3)), 0).save(path)
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(FilmError, match="not a film"):
+        Film.load(path)
+
+
+def test_a_failed_save_leaves_the_old_film(tmp_path: Path) -> None:
+    path = tmp_path / "film.npz"
+    film(np.ones((3, 4, 5, 3)), 0).save(path)
+    old = path.read_bytes()
+    broken = Film(np.ones((1, 1)), np.ones((1, 1, 1)), np.ones((1, 1, 1)), (("a", "b"),))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="invalid literal"):
+        broken.save(path)
+    assert path.read_bytes() == old
+    assert len(list(tmp_path.iterdir())) == 1

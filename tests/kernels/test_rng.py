@@ -1,0 +1,80 @@
+"""Addressed random numbers: the published generator, its uniforms, and their independence of lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import chisquare, kstest
+from woodcock.device import Context
+from woodcock.evaluate import evaluate
+
+from tests.conftest import SIGNIFICANCE
+
+PARTS = ["core/rng.h"]
+
+
+def pcg4d(v: np.ndarray) -> np.ndarray:
+    """Jarzynski & Olano (2020) in numpy; (4, n) words."""
+    with np.errstate(over="ignore"):
+        x, y, z, w = (v * np.uint32(1664525) + np.uint32(1013904223)).astype(np.uint32)
+        for turn in range(2):
+            x = x + y * w
+            y = y + z * x
+            z = z + x * y
+            w = w + y * z
+            if turn == 0:
+                x, y, z, w = (word ^ (word >> np.uint32(16)) for word in (x, y, z, w))
+        return np.stack([x, y, z, w])
+
+
+def words(context: Context, lanes: int, address: np.ndarray) -> np.ndarray:
+    """(4, n) words of (pixel, sample, dimension, seed)."""
+    halves = [f"to_real(word_as_integer(v.{part} {half}))" for part in "xyzw" for half in (">> 16u", "& 65535u")]
+    body = "words v = {a, b, c, d}; v = pcg4d(v);"
+    got = evaluate(
+        context, halves, dict(zip("abcd", address, strict=True)), lanes=lanes, parts=PARTS, body=body
+    ).astype(np.uint32)
+    return (got[::2] << np.uint32(16)) | got[1::2]
+
+
+def test_words_are_those_of_the_paper(context: Context, lanes: int) -> None:
+    address = np.random.default_rng(2).integers(0, 1 << 32, (4, 1024), dtype=np.uint32)
+    assert np.array_equal(words(context, lanes, address), pcg4d(address))
+
+
+def test_neighbouring_addresses_are_uniform_and_uncorrelated(context: Context, lanes: int) -> None:
+    """Pixels, samples and dimensions that follow each other, as a render uses them."""
+    pixel, sample, dimension = (axis.reshape(-1).astype(np.uint32) for axis in np.meshgrid(*[np.arange(48)] * 3))
+    v = words(context, lanes, np.stack([pixel, sample, dimension, np.full_like(pixel, 7)]))
+    for word in v:
+        for byte in range(4):
+            counts = np.bincount((word >> np.uint32(8 * byte)) & 255, minlength=256)
+            assert chisquare(counts).pvalue > SIGNIFICANCE
+    u = v / 2.0**32 - 0.5
+    shifted = np.concatenate([u, np.roll(u, 1, axis=1), np.roll(u, 48, axis=1), np.roll(u, 48 * 48, axis=1)])
+    correlation = np.corrcoef(shifted) - np.eye(len(shifted))
+    assert np.abs(correlation).max() < 5.5 / np.sqrt(u.shape[1])
+
+
+def test_unit_lies_in_the_half_open_interval(context: Context, lanes: int) -> None:
+    w = np.array([0, 255, 256, 0xFFFFFFFF, 0x80000000], np.uint32)
+    (got,) = evaluate(context, ["unit(w)"], {"w": w}, lanes=lanes, parts=PARTS)
+    assert np.array_equal(got, np.array([0, 0, 2.0**-24, 1 - 2.0**-24, 0.5], np.float32))
+
+
+def test_free_flights_keep_their_tail(context: Context, lanes: int) -> None:
+    """-log(u) at the smallest words: neither zero nor cut at 16 mean free paths; and never infinite."""
+    w = np.array([0, 1, 255, 256, 0xFFFFFFFF], np.uint32)
+    shallow, deep, scarce = evaluate(
+        context, ["unit_positive(w, w)", "unit_positive_deep(w)", "unit_deep(w)"], {"w": w}, lanes=lanes, parts=PARTS
+    )
+    assert np.allclose(shallow, [2.0**-41, (256 + 1.5) * 2.0**-40, 65535.5 * 2.0**-40, 2.0**-24, 1], rtol=1e-6)
+    assert np.allclose(deep, [2.0**-49, 2.0**-49, 2.0**-49, 1.5 * 2.0**-48, 2.0**-24], rtol=1e-6)
+    assert np.allclose(scarce, [0, 0, 0, 2.0**-48, 2.0**-24], rtol=1e-6)
+    assert np.isfinite(-np.log(deep)).all()
+
+
+def test_free_flights_are_exponential(context: Context, lanes: int) -> None:
+    address = np.stack([np.arange(1 << 16), *np.zeros((3, 1 << 16))]).astype(np.uint32)
+    v = words(context, lanes, address)
+    (got,) = evaluate(context, ["-log(unit_positive(a, b))"], {"a": v[0], "b": v[3]}, lanes=lanes, parts=PARTS)
+    assert kstest(got, "expon").pvalue > SIGNIFICANCE

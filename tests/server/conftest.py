@@ -1,0 +1,130 @@
+"""The service in two forms: inside the test, without devices, for what the API says; and as a process of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+from starlette.testclient import TestClient
+from woodcock_server import app as application
+from woodcock_server.config import Settings
+
+PROGRAM = "import typer\nfrom woodcock_server.command import serve\nif __name__ == '__main__': typer.run(serve)\n"
+
+
+@pytest.fixture(scope="session")
+def make_scene() -> Callable[..., dict[str, Any]]:
+    """A scene as JSON: a lit grey cube, with keys of the scene replaced."""
+
+    def make(size: int = 16, samples: int = 8, **replaced: Any) -> dict[str, Any]:
+        scene: dict[str, Any] = {
+            "camera": {"kind": "perspective", "origin": [0.5, 0.5, -2], "target": [0.5, 0.5, 0.5]},
+            "volumes": [{"kind": "constant", "min": [0, 0, 0], "max": [1, 1, 1], "sigma_t": 4, "albedo": 0.9}],
+            "lights": [{"kind": "constant", "radiance": 1}],
+            "film": {"width": size, "height": size},
+            "stop": {"kind": "samples", "samples": samples},
+        }
+        return {**scene, **replaced}
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("data")
+
+
+@pytest.fixture(scope="module")
+def client(data: Path) -> Iterator[TestClient]:
+    """A service on which no device was found: jobs wait in its queue."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(application, "discover", list)
+        app = application.create_app(Settings(data=data, upload_limit=100_000))
+        with TestClient(app, raise_server_exceptions=False) as client:
+            yield client
+
+
+class Service:
+    """`woodcock serve` as a process; two OpenCL devices where PoCL is."""
+
+    def __init__(self, data: Path, **environment: str) -> None:
+        self.data = data
+        self.log = data / "log.txt"
+        self.process: subprocess.Popen[str] | None = None
+        self._environment = {**os.environ, "POCL_DEVICES": "pthread basic", **environment}
+
+    def start(self) -> None:
+        """Start, on any port that is free, and wait until it is ready."""
+        self.data.mkdir(exist_ok=True)
+        program = self.data / "program.py"
+        program.write_text(PROGRAM)
+        with self.log.open("a") as log:
+            self.process = subprocess.Popen(
+                [sys.executable, str(program), "--port", "0", "--data", str(self.data)],
+                stdout=subprocess.PIPE,
+                stderr=log,
+                env=self._environment,
+                start_new_session=True,
+                text=True,
+            )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        address = re.search(r"http://\S+", line)
+        assert address, f"{line}{self.log.read_text()}"
+        self.http = httpx2.Client(base_url=address[0], timeout=30)
+
+    def stop(self, sent: signal.Signals = signal.SIGINT) -> int:
+        """Send a signal, wait for the end, return the exit status."""
+        assert self.process is not None
+        self.http.close()
+        with self.process as process:
+            self.process = None
+            if sent is signal.SIGINT:  # As Ctrl-C does: to every process of the terminal.
+                os.killpg(process.pid, sent)
+            else:
+                process.send_signal(sent)
+            return process.wait(30)
+
+    def submit(self, scene: dict[str, Any]) -> str:
+        answer = self.http.post("/api/v1/jobs", json={"scene": scene})
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+    def job(self, job_id: str) -> dict[str, Any]:
+        job: dict[str, Any] = self.http.get(f"/api/v1/jobs/{job_id}").raise_for_status().json()
+        return job
+
+    def wait(self, job_id: str, reached: Callable[[dict[str, Any]], bool], seconds: float = 60) -> dict[str, Any]:
+        """The job as soon as it is as wanted."""
+        end = time.monotonic() + seconds
+        while not reached(job := self.job(job_id)):
+            assert time.monotonic() < end, f"{job}\n{self.log.read_text()}"
+            assert job["state"] != "failed", f"{job['error']}\n{self.log.read_text()}"
+            time.sleep(0.05)
+        return job
+
+
+@pytest.fixture(scope="session")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    service = Service(tmp_path_factory.mktemp("service"), WOODCOCK_LEASE_SECONDS="2")
+    service.start()
+    yield service
+    service.stop()
+
+
+@pytest.fixture
+def own_service(tmp_path: Path) -> Iterator[Service]:
+    """A service for one test, which starts and stops it as it likes."""
+    service = Service(tmp_path / "data", WOODCOCK_LEASE_SECONDS="1")
+    yield service
+    if service.process is not None:
+        service.stop()

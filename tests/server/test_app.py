@@ -1,0 +1,55 @@
+"""Health, devices, gallery, and what the API says of itself."""
+
+from __future__ import annotations
+
+import pytest
+from starlette.testclient import TestClient
+
+from .conftest import Service
+
+
+def test_a_service_without_devices_is_not_well(client: TestClient) -> None:
+    answer = client.get("/healthz")
+    assert (answer.status_code, answer.headers["content-type"]) == (503, "application/problem+json")
+    assert answer.json()["detail"] == "No OpenCL device is ready; /api/v1/devices says why."
+    assert client.get("/api/v1/devices").json() == {"items": []}
+
+
+def test_devices_say_what_they_are(service: Service) -> None:
+    assert service.http.get("/healthz").json()["status"] == "ok"
+    devices = service.http.get("/api/v1/devices").json()["items"]
+    assert {"cpu0", "cpu1"} <= {device["id"] for device in devices if device["kind"] == "cpu"}
+    for device in devices:
+        assert (device["state"], device["fault"]) == ("ready", None)
+        assert 1 in device["lanes"]
+        assert device["memory"] > 0
+        assert set(device) == {
+            "id", "name", "platform", "driver", "kind", "compute_units", "memory", "lanes", "state", "fault",
+        }  # fmt: skip
+
+
+@pytest.mark.parametrize("path", ["/", "/renders/any", "/web/index.html"])
+def test_the_gallery_is_served(client: TestClient, path: str) -> None:
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"].startswith("text/html")
+
+
+def test_nothing_but_the_gallery_is_served(client: TestClient) -> None:
+    assert client.get("/web/../cli.py").status_code == 404
+    assert client.get("/web/%2e%2e/cli.py").status_code == 404
+
+
+def test_the_api_describes_itself(client: TestClient) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    assert set(paths) == {
+        "/api/v1/jobs", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events", "/api/v1/jobs/{id}/image.exr",
+        "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/volumes", "/api/v1/volumes/{id}",
+        "/api/v1/devices", "/healthz",
+    }  # fmt: skip
+    for operations in paths.values():
+        for operation in operations.values():
+            for status, response in operation["responses"].items():
+                if status >= "400":
+                    assert set(response["content"]) == {"application/problem+json"}, "errors are problems"
+    assert client.get("/docs").status_code == 200

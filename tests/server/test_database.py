@@ -1,0 +1,36 @@
+"""The schema, and what SQLite is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import text
+from woodcock_server.database import alembic_config, open_database
+from woodcock_server.tables import metadata
+
+
+def test_the_migrations_lead_to_the_tables(tmp_path: Path) -> None:
+    engine = open_database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    with engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        assert compare_metadata(context, metadata) == []
+        assert context.get_current_revision() == ScriptDirectory.from_config(alembic_config()).get_current_head()
+    engine.dispose()
+
+
+def test_opening_again_changes_nothing(tmp_path: Path) -> None:
+    for _ in range(2):
+        engine = open_database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+        engine.dispose()
+
+
+def test_sqlite_keeps_what_it_commits(tmp_path: Path) -> None:
+    engine = open_database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    with engine.connect() as connection:
+        pragmas = {name: connection.scalar(text(f"PRAGMA {name}")) for name in ("journal_mode", "foreign_keys")}
+        assert connection.scalar(text("PRAGMA synchronous")) == 2
+    engine.dispose()
+    assert pragmas == {"journal_mode": "wal", "foreign_keys": 1}

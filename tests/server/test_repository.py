@@ -1,0 +1,99 @@
+"""Leases and tokens: who may claim a job, and who may write to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from sqlalchemy import Engine
+from woodcock_server.database import open_database
+from woodcock_server.identifiers import PATTERN, new_id
+from woodcock_server.jobs import repository
+from woodcock_server.jobs.schemas import State
+
+NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
+LEASE = timedelta(seconds=10)
+
+
+@pytest.fixture
+def engine(tmp_path: Path) -> Iterator[Engine]:
+    engine = open_database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    yield engine
+    engine.dispose()
+
+
+def add(engine: Engine) -> str:
+    with engine.begin() as connection:
+        return repository.add(connection, "", {}, NOW)
+
+
+def claim(engine: Engine, job_id: str, owner: str, now: datetime = NOW) -> int | None:
+    with engine.begin() as connection:
+        row = repository.claim(connection, job_id, owner, now, LEASE)
+    return None if row is None else int(row["token"])
+
+
+def write(engine: Engine, job_id: str, token: int, **values: object) -> bool:
+    with engine.begin() as connection:
+        return repository.write_held(connection, job_id, token, values)
+
+
+def claimable(engine: Engine, now: datetime = NOW) -> str | None:
+    with engine.connect() as connection:
+        return repository.next_claimable(connection, now)
+
+
+def test_the_oldest_job_is_next(engine: Engine) -> None:
+    assert claimable(engine) is None
+    first, second = add(engine), add(engine)
+    assert claimable(engine) == first
+    assert claim(engine, first, "a") == 1
+    assert claimable(engine) == second
+
+
+def test_a_job_is_claimed_by_one(engine: Engine) -> None:
+    job = add(engine)
+    assert claim(engine, job, "a") == 1
+    assert claim(engine, job, "b") is None
+
+
+def test_a_lease_that_ran_out_is_free_and_the_former_holder_writes_nothing(engine: Engine) -> None:
+    job = add(engine)
+    assert claim(engine, job, "a") == 1
+    assert claim(engine, job, "b", NOW + LEASE) is None
+    later = NOW + LEASE + timedelta(seconds=1)
+    assert claimable(engine, later) == job
+    assert claim(engine, job, "b", later) == 2
+    assert not write(engine, job, 1, samples=5)
+    assert not write(engine, job, 1, state=State.SUCCEEDED)
+    assert write(engine, job, 2, samples=7)
+    with engine.connect() as connection:
+        row = repository.get(connection, job)
+    assert row is not None
+    assert (row["samples"], row["owner"], row["state"]) == (7, "b", State.RUNNING)
+    assert row["started_at"] == NOW, "the first start counts"
+
+
+def test_a_renewed_lease_holds(engine: Engine) -> None:
+    job = add(engine)
+    claim(engine, job, "a")
+    assert write(engine, job, 1, lease_until=NOW + 2 * LEASE)
+    assert claim(engine, job, "b", NOW + 1.5 * LEASE) is None
+
+
+def test_nobody_writes_to_a_finished_job(engine: Engine) -> None:
+    job = add(engine)
+    claim(engine, job, "a")
+    assert write(engine, job, 1, state=State.FAILED)
+    assert not write(engine, job, 1, state=State.QUEUED)
+    assert claimable(engine, NOW + 100 * LEASE) is None
+
+
+def test_identifiers_sort_by_time() -> None:
+    made = [new_id() for _ in range(2000)]
+    assert made == sorted(set(made))
+    import re
+
+    assert all(re.fullmatch(PATTERN, one) for one in made)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.device import Context, Device, find
 from woodcock.film import Film
 from woodcock.probe import probe

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from woodcock.scene import SceneError, load
 
+from woodcock.scene import SceneError, load
 from woodcock_client.client import Client, ServiceError, Unreachable
 from woodcock_client.models import JobSummary
 from woodcock_client.progress import show

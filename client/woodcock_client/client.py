@@ -14,8 +14,8 @@ from urllib.parse import quote
 
 import httpx2
 from pydantic import BaseModel, ValidationError
-from woodcock.scene import Scene, SceneError, volume_files, with_volume_files
 
+from woodcock.scene import Scene, SceneError, volume_files, with_volume_files
 from woodcock_client.download import replacing
 from woodcock_client.models import Device, DeviceList, FieldError, Job, JobPage, JobSummary, Problem, State, Volume
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
-from woodcock.scene import Scene, SceneError, load
 
+from woodcock.scene import Scene, SceneError, load
 from woodcock_client.cli import BAD_INPUT, FAILED, INTERRUPTED
 from woodcock_client.client import Artifact, Client, ServiceError, Unreachable
 from woodcock_client.models import Device

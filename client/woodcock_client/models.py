@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
+
 from woodcock.scene import Scene, Stop
 
 State = Literal["queued", "running", "succeeded", "failed"]

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from woodcock.scene import SamplesStop
 
+from woodcock.scene import SamplesStop
 from woodcock_client.models import JobSummary
 
 STEP = 0.1  # of the way to the target, between plain lines

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import time
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -19,16 +18,13 @@ from woodcock.files import replacing
 from woodcock.film import Film
 from woodcock.formats import VolumeError
 from woodcock.image import ImageError, write_exr
-from woodcock.pace import RANGE_SECONDS, Pace
+from woodcock.pace import RANGE_SECONDS, Pace, fit
 from woodcock.probe import probe
 from woodcock.render import Renderer
-from woodcock.report import Point, Use, build, header, point
+from woodcock.report import SERIES_GROWTH, Point, Use, build, header, point
 from woodcock.scene import SamplesStop, Scene, SceneError, load
 
 FAILED, BAD_INPUT = 1, 2
-
-#: Samples from one point of the error series to the next.
-SERIES_GROWTH = math.sqrt(2)
 
 
 def render(
@@ -101,7 +97,8 @@ def _to_the_end(renderer: Renderer, scene: Scene) -> tuple[Film, list[Point], fl
             if isinstance(stop, SamplesStop):
                 count, done = min(stop.samples - film.samples, pace.size(RANGE_SECONDS)), film.samples / stop.samples
             else:
-                count, done = pace.fit(stop.seconds - elapsed), min(1.0, elapsed / stop.seconds)
+                count = fit(pace, stop.seconds - elapsed, nothing_yet=film.samples == 0)
+                done = min(1.0, elapsed / stop.seconds)
             if count == 0:
                 break
             error = (

@@ -23,7 +23,7 @@ def layers(channels: int) -> list[str]:
     return [*beauty, *(f"variance.{name}" for name in beauty), "samples.count"]
 
 
-def write_exr(path: Path, film: Film, header: Mapping[str, str | int | float]) -> None:
+def write_exr(path: Path, film: Film, header: Mapping[str, str]) -> None:
     """Writes beauty, variance of the mean and sample count, float32, ZIP; `header` becomes `woodcock:…`."""
     names = layers(film.channels)
     spec = oiio.ImageSpec(film.width, film.height, len(names), oiio.FLOAT)
@@ -60,7 +60,7 @@ def tone_map(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.broadcast_to(srgb, (*radiance.shape[:2], 3))
 
 
-def read_exr(path: Path) -> tuple[dict[str, NDArray[np.float32]], dict[str, object]]:
+def read_exr(path: Path) -> tuple[dict[str, NDArray[np.float32]], dict[str, str]]:
     """Every channel by name (height, width), and the `woodcock:…` header without that prefix. Raises ImageError."""
     image = oiio.ImageInput.open(str(path))
     if image is None:
@@ -72,7 +72,9 @@ def read_exr(path: Path) -> tuple[dict[str, NDArray[np.float32]], dict[str, obje
             raise ImageError(f"{path}: {image.geterror()}")
     finally:
         image.close()
-    header = {a.name.removeprefix("woodcock:"): a.value for a in spec.extra_attribs if a.name.startswith("woodcock:")}
+    header = {
+        a.name.removeprefix("woodcock:"): str(a.value) for a in spec.extra_attribs if a.name.startswith("woodcock:")
+    }
     return {name: pixels[..., index] for index, name in enumerate(spec.channelnames)}, header
 
 

@@ -25,13 +25,14 @@ class Pace:
         """Samples for so many seconds; 1 as long as the rate is not known."""
         return max(1, min(int(self.rate * seconds), GROWTH * self.last))
 
-    def fit(self, seconds: float) -> int:
-        """Samples for the next range of a render that has so many seconds left; 0 when it is time to stop.
 
-        Counts and times of past ranges decide, never what a running range does: to drop the slow ones would be a bias.
-        """
-        if self.rate == 0:
-            return 1
-        if seconds <= 0 or self.rate * seconds < 0.5:
-            return 0
-        return self.size(min(seconds, RANGE_SECONDS))
+def fit(pace: Pace, seconds: float, nothing_yet: bool) -> int:
+    """How many samples fit into the seconds that are left; 0 when it is time to stop.
+
+    Counts and times of past ranges decide, never what a running range does: to drop the slow ones would be a bias.
+    """
+    if nothing_yet or (pace.rate == 0 and seconds > 0):
+        return 1
+    if seconds <= 0 or pace.rate * seconds < 0.5:
+        return 0
+    return pace.size(min(seconds, RANGE_SECONDS))

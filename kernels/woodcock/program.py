@@ -48,6 +48,8 @@ def flatten(parts: list[str]) -> str:
                 out.append(piece)
             elif inlined := inline(include[1]):
                 out.append(f'{inlined}#line {line} "{name}"\n')
+            else:
+                out.append("\n")
         return "".join(out)
 
     return "".join(f'#line 1 "generated"\n{part}' if "\n" in part else inline(part) for part in parts)

@@ -11,6 +11,9 @@ from woodcock import __version__
 from woodcock.film import Film
 from woodcock.scene import Scene
 
+#: Samples from one point of the error series to the next.
+SERIES_GROWTH = math.sqrt(2)
+
 
 class Facts(TypedDict):
     """A scene on a device. lanes: paths in lockstep; kinds: compiled in; seconds: of read, build and upload."""
@@ -49,11 +52,11 @@ def point(seconds: float, film: Film) -> Point | None:
     return {"seconds": seconds, "samples": film.samples, "rmse": rmse} if math.isfinite(rmse) else None
 
 
-def header(scene: Scene, film: Film, uses: Sequence[Use]) -> dict[str, str | int | float]:
+def header(scene: Scene, film: Film, uses: Sequence[Use]) -> dict[str, str]:
     """What the EXR's header must say so that the image can be rendered again."""
     return {
         "scene": scene.model_dump_json(),
-        "seed": scene.seed,
+        "seed": str(scene.seed),
         "sampleRanges": json.dumps(film.ranges),
         "programHash": ", ".join(dict.fromkeys(use["program_hash"] for use in uses)),
         "version": __version__,

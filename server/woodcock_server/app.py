@@ -11,8 +11,8 @@ from anyio import to_thread
 from fastapi import FastAPI, HTTPException
 from sqlalchemy import text
 from sqlalchemy.exc import SQLAlchemyError
-from woodcock import __version__
 
+from woodcock import __version__
 from woodcock_server import cluster, problems
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database

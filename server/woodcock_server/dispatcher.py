@@ -13,10 +13,10 @@ import structlog
 from distributed import Client
 from sqlalchemy import Engine, RowMapping
 from sqlalchemy.exc import SQLAlchemyError
+
 from woodcock.device import DeviceError
 from woodcock.formats import VolumeError
 from woodcock.scene import SceneError
-
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
 from woodcock_server.rendering import LeaseLost, RenderError, Rendering, in_thread

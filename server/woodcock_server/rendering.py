@@ -14,24 +14,24 @@ from distributed import Client
 from distributed.scheduler import KilledWorker
 from pydantic import ValidationError
 from sqlalchemy import Engine, RowMapping
+
 from woodcock.device import DeviceError
 from woodcock.film import Film, FilmError
-from woodcock.report import Facts, Point, Use, point
+from woodcock.pace import Pace, fit
+from woodcock.report import SERIES_GROWTH, Facts, Point, Use, point
 from woodcock.scene import SamplesStop, Scene, SceneError, explain, with_volume_files
-
 from woodcock_server import results, worker
 from woodcock_server.cluster import resource
 from woodcock_server.events import Changes
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import State
-from woodcock_server.ranges import Pace, Pool, fit, share
+from woodcock_server.ranges import Pool, share
 from woodcock_server.storage import Storage
 
 log = structlog.get_logger()
 
 PROGRESS_SECONDS = 1.0  # between previews and writes of the row
 CHECKPOINT_SECONDS = 2.0  # between writes of the Film: what a crash may cost
-SERIES_GROWTH = math.sqrt(2)  # samples from one point of the error series to the next
 MOST_SAMPLES = 1 << 31
 
 P = ParamSpec("P")

@@ -10,7 +10,6 @@ from woodcock.film import Film
 from woodcock.image import write_exr, write_preview
 from woodcock.report import Point, Use
 from woodcock.scene import Scene
-
 from woodcock_server.storage import Storage
 
 PREVIEW_SIZE = 1024  # longest side, pixels

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.film import Film
 from woodcock.formats import read_grid
 from woodcock.layout import module

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.film import Film
 
 Picture = Callable[..., Film]

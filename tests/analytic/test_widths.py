@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.device import WIDTHS, find
 from woodcock.film import Film
 from woodcock.probe import probe
@@ -67,9 +68,9 @@ def test_same_picture_on_two_devices(cloud: dict[str, Any], tmp_path: Path) -> N
 
 def test_a_range_is_the_merge_of_its_parts(cloud: dict[str, Any], lanes: int) -> None:
     """[0, 64) = [0, 24) + [24, 64), to float64 rounding of the sums."""
-    from woodcock.render import Renderer
-
     from tests.conftest import described
+
+    from woodcock.render import Renderer
 
     renderer = Renderer(described(cloud), find(), lanes=lanes)
     whole, parts = renderer.render(0, 64), renderer.render(24, 64).merge(renderer.render(0, 24))

@@ -15,6 +15,7 @@ from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
+
 from woodcock import scene as scenes
 
 WEB = Path(__file__).parents[2] / "client" / "woodcock_client" / "web"

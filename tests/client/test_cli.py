@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
 from woodcock_client import cli
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-import woodcock_client
 from pydantic import ValidationError
+
+import woodcock_client
 from woodcock.scene import Scene, SceneError, with_volume_files
 from woodcock_client import Client, ServiceError, Unreachable, client
 

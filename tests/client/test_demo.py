@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
 from woodcock.scene import load
 from woodcock_client import Client
 from woodcock_client.demo import render
@@ -71,18 +72,17 @@ def test_renders_every_scene_and_ends(arguments: list[str], environment: dict[st
         assert str(tmp_path / f"demo/{name}.exr") in done.stdout
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_serves_until_it_is_interrupted(sent: signal.Signals, arguments: list[str], environment: dict[str, str]) -> None:
+def test_serves_until_it_is_interrupted(arguments: list[str], environment: dict[str, str]) -> None:
     command = [*COMMAND, *arguments]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
     ) as process:
         assert process.stdout is not None
         assert process.stderr is not None
-        (last,) = (line for line in iter(process.stdout.readline, "") if "until Ctrl-C" in line or not line)
+        last = next(line for line in process.stdout if "until Ctrl-C" in line)
         with Client(last.split()[4]) as client:
             assert {job.state for job in client.jobs()} == {"succeeded"}
-        process.send_signal(sent)
+        process.send_signal(signal.SIGINT)
         assert process.wait(30) == 0
         assert "Traceback" not in process.stderr.read()
 
@@ -97,7 +97,7 @@ def test_a_bad_scene_starts_nothing(arguments: list[str], environment: dict[str,
     (tmp_path / "scenes/bad.json").write_text("{}")
     done = run(arguments, environment)
     assert done.returncode == 2
-    assert done.stderr == f"demo: {tmp_path}/scenes/bad.json: camera: is required\n" or "volumes" in done.stderr
+    assert done.stderr.startswith(f"demo: {tmp_path}/scenes/bad.json: camera: is required\n")
     assert not (tmp_path / "demo").exists()
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+
 from woodcock_client import cli
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.layout import Record, module

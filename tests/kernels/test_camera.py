@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.kernels.device_code import call
+
 from woodcock.device import Context
 from woodcock.layout import module
 from woodcock.scene import OrthographicCamera, PerspectiveCamera
 from woodcock.space import Space
-
-from tests.kernels.device_code import call
 
 PLACE = {"origin": (1, -4, 2.5), "target": (0.2, 0.1, 0.3), "up": (0, 0.1, 1)}
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from woodcock.film import Film, FilmError, join
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from tests.kernels.device_code import call
+
 from woodcock.device import Context
 from woodcock.layout import module
 from woodcock.scene import ConstantLight, DirectionalLight
 from woodcock.space import Space
-
-from tests.kernels.device_code import call
 
 SPACE = Space(radiance_exponent=3)
 INPUT = {"u": np.linspace(0, 1, 5, dtype=np.float32)}

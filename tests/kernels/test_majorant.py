@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.kernels.test_volume import GRIDS, grid_of
+
 from woodcock.layout import module
 from woodcock.scene import GridVolume
 from woodcock.space import Space
-
-from tests.kernels.test_volume import GRIDS, grid_of
 
 
 @pytest.mark.parametrize("seed", range(20))

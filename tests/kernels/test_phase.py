@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import chisquare
+from tests.conftest import SIGNIFICANCE
+from tests.kernels.device_code import call
+
 from woodcock.device import Context
 from woodcock.layout import module
 from woodcock.scene import HenyeyGreensteinPhase, IsotropicPhase
-
-from tests.conftest import SIGNIFICANCE
-from tests.kernels.device_code import call
 
 PHASES = [
     IsotropicPhase(),

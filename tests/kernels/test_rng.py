@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.stats import chisquare, kstest
+from tests.conftest import SIGNIFICANCE
+
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
-
-from tests.conftest import SIGNIFICANCE
 
 PARTS = ["core/rng.h"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.layout import module

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.kernels.device_code import KIND_NEEDS, numbers, struct
+
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.formats import Grid, VolumeError, read_grid
 from woodcock.layout import Record, module
 from woodcock.scene import ConstantVolume, GridVolume
 from woodcock.space import Space
-
-from tests.kernels.device_code import KIND_NEEDS, numbers, struct
 
 GRIDS = module("volume", "grid")
 #: (depth, height, width), none a multiple of a brick.

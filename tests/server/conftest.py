@@ -15,6 +15,7 @@ from typing import Any
 import httpx2
 import pytest
 from starlette.testclient import TestClient
+
 from woodcock_server import app as application
 from woodcock_server.config import Settings
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import typer
 from typer.testing import CliRunner
+
 from woodcock_server.command import serve
 from woodcock_server.config import Settings
 

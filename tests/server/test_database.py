@@ -8,6 +8,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import text
+
 from woodcock_server.database import alembic_config, open_database
 from woodcock_server.tables import metadata
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from woodcock_server.ranges import GROWTH, RANGE_SECONDS, Pace, Pool, fit, share
+
+from woodcock.pace import GROWTH, RANGE_SECONDS, Pace, fit
+from woodcock_server.ranges import Pool, share
 
 
 def measured(rate: float, last: int) -> Pace:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+
 from woodcock.film import Film
 from woodcock.image import read_exr
 

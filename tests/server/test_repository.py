@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from sqlalchemy import Engine
+
 from woodcock_server.database import open_database
 from woodcock_server.identifiers import PATTERN, new_id
 from woodcock_server.jobs import repository

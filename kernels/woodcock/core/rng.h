@@ -48,7 +48,7 @@ static inline real unit_positive(word high, word low) {
 }
 
 // Where the words above begin with 24 zeros, the uniforms go on from here with words of their own, so that tails and tiny
-// probabilities keep a full exponent: that of a free flight reaches past 40 mean free paths, as float32 distances do.
+// probabilities keep a full exponent; a free flight reaches 34 mean free paths (exp(-34) = 2^-49).
 static inline mask unit_is_deep(word w) { return test((w >> 8u) == 0u); }
 static inline real unit_positive_deep(word w) { return (to_real(word_as_integer(w >> 8u)) + 0.5f) * 0x1p-48f; }
 static inline real unit_deep(word w) { return unit(w) * 0x1p-24f; }

@@ -5,9 +5,9 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import structlog
+
 from woodcock import device as opencl
 from woodcock.probe import probe
-
 from woodcock_server.devices.schemas import Device
 
 log = structlog.get_logger()

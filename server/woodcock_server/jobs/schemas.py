@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy import RowMapping
+
 from woodcock.scene import Scene, Stop
 
 PREFIX = "/api/v1/jobs"

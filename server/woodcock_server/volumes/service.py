@@ -10,10 +10,10 @@ from typing import Any
 from anyio import to_thread
 from sqlalchemy import Engine, RowMapping
 from sqlalchemy.exc import IntegrityError
+
 from woodcock.formats import VolumeError, list_grids
 from woodcock.formats.grid import choose
 from woodcock.scene import GridVolume, Scene
-
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.storage import Storage, Upload
 from woodcock_server.volumes import repository

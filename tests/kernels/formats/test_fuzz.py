@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.formats import Grid, VolumeError, grid, list_grids, read_grid
 
 MUTATIONS = 1000

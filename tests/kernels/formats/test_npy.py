@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.formats import GridInfo, VolumeError, list_grids, read_grid
 
 KEPT = {"?": np.uint8, "u1": np.uint8, "f2": np.float16}  # all others become float32

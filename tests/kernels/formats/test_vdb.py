@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.formats import Grid, GridInfo, VolumeError, list_grids, read_grid
 
 ROOT = Path(__file__).parents[3]
-FIREBALL = ROOT / "tests" / "data" / "fireball.vdb"
+FIREBALL = ROOT / "client" / "woodcock_client" / "examples" / "fireball.vdb"
 SHARED = ROOT.parent / "shared" / "data"
 
 READABLE = [

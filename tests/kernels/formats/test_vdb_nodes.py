@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from woodcock.formats import VolumeError, list_grids, read_grid
 
 COMPRESSIONS = [0, 1, 2, 3, 4, 6, 7]  # bits: zip 1, active mask 2, blosc 4

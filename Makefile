@@ -1,0 +1,58 @@
+# Everything a new user and CI run. It needs make, gcc and Python 3.11 or newer with venv; the rest goes into .venv.
+
+PYTHON ?= python3
+BIN := .venv/bin
+SOURCES := kernels server client tests
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check test-slow bench clean packages
+
+help:
+	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end)'
+	@echo 'make test        format, lint, types and the fast tests'
+	@echo 'make check       format, lint and types alone'
+	@echo 'make test-slow   statistical and long tests'
+	@echo 'make bench       timings'
+	@echo 'make clean       remove what the others made, the pictures in demo/ too'
+
+demo: .venv/installed
+	@$(BIN)/python -m woodcock_client.demo $(if $(ONCE),--once)
+
+test: check | packages
+	$(BIN)/python -m pytest
+
+check: .venv/installed-test
+	$(BIN)/ruff format --check --quiet $(SOURCES)
+	$(BIN)/ruff check --quiet $(SOURCES)
+	$(BIN)/mypy
+
+test-slow: .venv/installed-test | packages
+	$(BIN)/python -m pytest -m slow
+
+bench: .venv/installed-test
+	$(BIN)/python -m pytest -m benchmark -s
+
+clean:
+	rm -rf .venv build dist demo .mypy_cache .pytest_cache .ruff_cache
+	find $(SOURCES) -name __pycache__ -prune -exec rm -rf {} +
+
+# An editable installation; again whenever pyproject.toml changes.
+.venv/installed: pyproject.toml
+	@command -v $(PYTHON) >/dev/null || \
+	    { echo 'Python is missing: apt install python3 python3-venv (or name another with make PYTHON=...)' >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; v = "{}.{}".format(*sys.version_info); sys.version_info >= (3, 11) or sys.exit( \
+	    "Woodcock needs Python 3.11 or newer and $(PYTHON) is " + v + ": apt install python3.11-venv, then make PYTHON=python3.11")'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+	    { echo 'Python cannot make virtual environments here: apt install python3-venv' >&2; exit 1; }
+	@echo 'Installing into .venv (once; a minute or two)'
+	@$(PYTHON) -m venv .venv
+	@$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[server,pocl]'
+	@touch $@
+
+.venv/installed-test: .venv/installed
+	@$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@
+
+# Some tests use a browser and OpenVDB itself. Where they cannot be installed, those tests are skipped and say so.
+packages:
+	@bash .ci/packages chromium python3-openvdb python3-numpy || true

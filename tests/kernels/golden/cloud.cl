@@ -1,0 +1,455 @@
+#line 1 "core/lanes_8.h"
+// Lane types, eight lanes (AVX).
+#define LANES 8
+#line 1 "core/lanes_vector.h"
+// Lane types over OpenCL vectors; lanes_4.h, lanes_8.h and lanes_16.h set LANES, lane_index and gather.
+#define LANES_JOIN_(a, b) a##b
+#define LANES_JOIN(a, b) LANES_JOIN_(a, b)
+typedef LANES_JOIN(float, LANES) real;
+typedef LANES_JOIN(int, LANES) integer;
+typedef LANES_JOIN(uint, LANES) word;
+typedef LANES_JOIN(int, LANES) mask;
+#define to_real(x) LANES_JOIN(convert_float, LANES)(x)
+#define to_integer(x) LANES_JOIN(convert_int, LANES)(x)
+#define to_word(x) LANES_JOIN(convert_uint, LANES)(x)
+#define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
+#define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
+#define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
+#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
+#define test(condition) (condition)
+// Operators rather than the builtins select, any, fmin and fmax: they are inlined by every compiler, where PoCL calls its
+// builtins as functions, spilling all registers, when it takes the processor for an older one than its library does.
+#define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
+#define lanes_store(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
+#define lanes_load(p) LANES_JOIN(vload, LANES)(0, p)
+#line 4 "core/lanes_8.h"
+#define lane_index() ((integer)(0, 1, 2, 3, 4, 5, 6, 7))
+#define gather(type, p, i) ((LANES_JOIN(type, LANES))((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], \
+                                                      (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7]))
+
+static inline int some(mask m) {
+    int4 a = m.lo | m.hi;
+    int2 b = a.lo | a.hi;
+    return b.x | b.y;
+}
+#line 1 "core/lanes_math.h"
+// Minima and maxima by operators (see lanes_vector.h). `b` where either is NaN.
+static inline real smaller(real a, real b) { return pick(b, a, test(a < b)); }
+static inline real larger(real a, real b) { return pick(b, a, test(a > b)); }
+static inline integer clamp_index(integer i, int size) {
+    integer last = (integer)(size - 1);
+    i = pick(i, (integer)0, test(i < 0));
+    return pick(i, last, test(i > last));
+}
+#line 14 "core/lanes_8.h"
+#line 1 "core/rng.h"
+// Random numbers are addressed, not drawn in order: (seed, pixel, sample, dimension) -> four words, a 128-bit address.
+// So any range of samples can be rendered anywhere, in any order, again after a crash, and means the same.
+typedef struct { word x, y, z, w; } words;
+
+// pcg4d: Jarzynski & Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020.
+static inline words pcg4d(words v) {
+    v.x = v.x * 1664525u + 1013904223u;
+    v.y = v.y * 1664525u + 1013904223u;
+    v.z = v.z * 1664525u + 1013904223u;
+    v.w = v.w * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v.x ^= v.x >> 16u;
+    v.y ^= v.y >> 16u;
+    v.z ^= v.z >> 16u;
+    v.w ^= v.w >> 16u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+// The address of a path; `dimension` counts the words taken along it, four at a time.
+typedef struct { word pixel, sample, dimension; uint seed; } rng_address;
+
+static inline words rng_words(const rng_address *at, word dimension) {
+    words v = {at->pixel, at->sample, dimension, (word)at->seed};
+    return pcg4d(v);
+}
+
+// The next four words; the address moves on in the lanes that take them, so that no path depends on its neighbours.
+static inline words rng_next(rng_address *at, mask taken) {
+    words v = rng_words(at, at->dimension);
+    at->dimension -= integer_as_word(taken);
+    return v;
+}
+
+// Uniform in [0, 1), 24 bits.
+static inline real unit(word w) { return to_real(word_as_integer(w >> 8u)) * 0x1p-24f; }
+
+// Uniform in (0, 1], 40 bits: -log(u) follows the exponential law to 27 mean free paths. `low` gives the last 8 bits.
+static inline real unit_positive(word high, word low) {
+    return to_real(word_as_integer(high >> 8u)) * 0x1p-24f
+         + (to_real(word_as_integer(((high & 255u) << 8u) | (low & 255u))) + 0.5f) * 0x1p-40f;
+}
+
+// Where the words above begin with 24 zeros, the uniforms go on from here with words of their own, so that tails and tiny
+// probabilities keep a full exponent; a free flight reaches 34 mean free paths (exp(-34) = 2^-49).
+static inline mask unit_is_deep(word w) { return test((w >> 8u) == 0u); }
+static inline real unit_positive_deep(word w) { return (to_real(word_as_integer(w >> 8u)) + 0.5f) * 0x1p-48f; }
+static inline real unit_deep(word w) { return unit(w) * 0x1p-24f; }
+#line 1 "core/vector.h"
+// Three-vectors: `vector` holds lanes, `vector3` and `affine` the same number for all lanes, as the scene's record does.
+typedef struct { real x, y, z; } vector;
+typedef struct { float x, y, z; } vector3;
+// Rows of a 3 × 4 matrix, applied to column vectors.
+typedef struct { float xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
+
+static inline vector vector_of(real x, real y, real z) {
+    vector v = {x, y, z};
+    return v;
+}
+
+static inline vector vector_uniform(vector3 v) { return vector_of((real)v.x, (real)v.y, (real)v.z); }
+
+// a + t b
+static inline vector vector_along(vector a, real t, vector b) {
+    return vector_of(a.x + t * b.x, a.y + t * b.y, a.z + t * b.z);
+}
+
+static inline real vector_dot(vector a, vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static inline vector vector_normalize(vector a) {
+    real s = 1.f / sqrt(vector_dot(a, a));
+    return vector_of(a.x * s, a.y * s, a.z * s);
+}
+
+static inline vector vector_pick(vector no, vector yes, mask chosen) {
+    return vector_of(pick(no.x, yes.x, chosen), pick(no.y, yes.y, chosen), pick(no.z, yes.z, chosen));
+}
+
+static inline vector affine_point(__constant const affine *m, vector p) {
+    return vector_of(m->xx * p.x + m->xy * p.y + m->xz * p.z + m->x0, m->yx * p.x + m->yy * p.y + m->yz * p.z + m->y0,
+                     m->zx * p.x + m->zy * p.y + m->zz * p.z + m->z0);
+}
+
+static inline vector affine_direction(__constant const affine *m, vector d) {
+    return vector_of(m->xx * d.x + m->xy * d.y + m->xz * d.z, m->yx * d.x + m->yy * d.y + m->yz * d.z,
+                     m->zx * d.x + m->zy * d.y + m->zz * d.z);
+}
+#line 1 "core/spectrum_1.h"
+// Spectra, one channel: a grey scene. `spectrum` holds lanes, `colour` the same for all lanes.
+#define CHANNELS 1
+typedef real spectrum;
+typedef float colour;
+#define spectrum_channel(s, c) (s)
+
+static inline spectrum spectrum_uniform(colour c) { return (real)c; }
+static inline spectrum spectrum_grey(real v) { return v; }
+static inline spectrum spectrum_add(spectrum a, spectrum b) { return a + b; }
+static inline spectrum spectrum_multiply(spectrum a, spectrum b) { return a * b; }
+static inline spectrum spectrum_scale(spectrum a, real s) { return a * s; }
+static inline spectrum spectrum_pick(spectrum no, spectrum yes, mask chosen) { return pick(no, yes, chosen); }
+static inline real spectrum_max(spectrum a) { return a; }
+#line 1 "generated"
+struct film { int width; int height; uint seed; };
+struct camera_orthographic { vector3 corner; vector3 right; vector3 down; vector3 direction; float start; };
+struct volume_grid { affine to_local; vector3 size; colour albedo; int width; int height; int depth; int bricks_x; int bricks_y; float relative; };
+struct majorant_global { float mean_free_path; };
+struct phase_isotropic { int unused; };
+struct light_constant { colour radiance; };
+struct scene { struct film film; struct camera_orthographic camera; struct volume_grid volume; struct majorant_global majorant; struct phase_isotropic phase; struct light_constant light_0; };
+#line 1 "camera/orthographic.h"
+// Parallel rays, anchored on a plane through the scene's middle; `start` is the camera's plane, relative to the anchor.
+
+
+static inline void camera_orthographic_ray(__constant const struct camera_orthographic *camera, real u, real v,
+                                           vector *anchor, vector *direction, real *start) {
+    vector corner = vector_uniform(camera->corner), right = vector_uniform(camera->right), down = vector_uniform(camera->down);
+    *anchor = vector_along(vector_along(corner, u, right), v, down);
+    *direction = vector_uniform(camera->direction);
+    *start = (real)camera->start;
+}
+#line 1 "volume/grid_uint8.h"
+// Storage of a grid whose values are integers from 0 to 255.
+typedef uchar density_storage;
+static inline real density_fetch(__global const density_storage *p, integer i) { return to_real(gather(uchar, p, i)); }
+#line 1 "volume/grid.h"
+// Density on a regular grid; local space has one unit per voxel, voxel i sampled at i + 1/2, clamped at the border.
+// One-tap stochastic trilinear lookup: the voxel is picked with its trilinear weight, which is unbiased because both
+// delta tracking's acceptance and ratio tracking's factor are linear in the density.
+// Voxels lie in bricks of 4³, so that neighbours in space are neighbours in memory. Density is relative to the majorant.
+
+
+
+static inline integer volume_grid_voxel(real x, word jitter, int size) {
+    // Positive, so that truncation rounds down.
+    real raised = x + 0.5f + to_real(word_as_integer(jitter)) * 0x1p-21f;
+    return clamp_index(to_integer(raised) - 1, size);
+}
+
+static inline real volume_grid_density(__constant const struct volume_grid *volume, __global const density_storage *density,
+                                       vector p, words w) {
+    integer i = volume_grid_voxel(p.x, w.y >> 11u, volume->width);
+    integer j = volume_grid_voxel(p.y, w.z >> 11u, volume->height);
+    integer k = volume_grid_voxel(p.z, ((w.y & 2047u) << 10u) | (w.z & 1023u), volume->depth);
+    integer brick = ((k >> 2) * volume->bricks_y + (j >> 2)) * volume->bricks_x + (i >> 2);
+    integer index = (brick << 6) | ((k & 3) << 4) | ((j & 3) << 2) | (i & 3);
+    return density_fetch(density, index) * volume->relative;
+}
+#line 1 "tracking/delta.h"
+// Free flight by delta tracking: E. R. Woodcock et al., "Techniques used in the GEM code", ANL-7050, 1965.
+// A tentative collision is real with probability σ_t / majorant, and null otherwise.
+static inline mask free_flight_delta_collides(real density, real u) { return test(u < density); }
+#line 1 "majorant/global.h"
+// One bound on σ_t for the whole volume.
+static inline real majorant_global_mean_free_path(__constant const struct majorant_global *majorant) {
+    return (real)majorant->mean_free_path;
+}
+#line 1 "phase/isotropic.h"
+// Isotropic scattering: p = 1 / 4π.
+#line 1 "core/sincos.h"
+// Sine and cosine of 2π u, 0 <= u <= 1: reduced to an eighth of a turn, then minimax polynomials (Cephes sinf, cosf).
+static inline void sincos_turns(real u, real *sine, real *cosine) {
+    real turns = u * 4.f, rounded = turns + 0.5f;
+    integer k = to_integer(rounded);  // positive, so that truncation rounds down
+    real r = (turns - to_real(k)) * 1.57079633f, r2 = r * r;
+    real s = r * (1.f + r2 * (-0.166666546f + r2 * (8.3321608736e-3f - 1.9515295891e-4f * r2)));
+    real c = 1.f - 0.5f * r2 + r2 * r2 * (4.166664568e-2f + r2 * (-1.388731625e-3f + 2.443315712e-5f * r2));
+    mask odd = test((k & 1) != 0);
+    *sine = pick(pick(s, c, odd), -pick(s, c, odd), test((k & 2) != 0));
+    *cosine = pick(pick(c, s, odd), -pick(c, s, odd), test(((k + 1) & 2) != 0));
+}
+#line 3 "phase/isotropic.h"
+
+
+static inline real phase_isotropic_eval(__constant const struct phase_isotropic *phase, vector in, vector out) {
+    return (real)0.0795774715f;
+}
+
+static inline vector phase_isotropic_sample(__constant const struct phase_isotropic *phase, vector in, real u, real v) {
+    real sine, cosine, z = 1.f - 2.f * u, radius = 2.f * sqrt(u * (1.f - u));
+    sincos_turns(v, &sine, &cosine);
+    return vector_of(radius * cosine, radius * sine, z);
+}
+
+static inline real phase_isotropic_pdf(__constant const struct phase_isotropic *phase, vector in, vector out) {
+    return phase_isotropic_eval(phase, in, out);
+}
+#line 1 "light/constant.h"
+// An environment of one radiance in every direction. A path that leaves the medium finds it with probability one, so it
+// is collected on escape and casts no shadow rays.
+
+
+static inline spectrum light_constant_radiance(__constant const struct light_constant *light, vector direction) {
+    return spectrum_uniform(light->radiance);
+}
+#line 1 "generated"
+struct world { __constant const struct scene *scene; __global const density_storage *density; };
+#line 1 "generated"
+static inline void camera_ray(const struct world *world, real u, real v, vector *anchor, vector *direction,
+                              real *start) {
+    camera_orthographic_ray(&world->scene->camera, u, v, anchor, direction, start);
+}
+static inline __constant const affine *volume_to_local(const struct world *world) {
+    return &world->scene->volume.to_local;
+}
+static inline vector3 volume_size(const struct world *world) { return world->scene->volume.size; }
+static inline spectrum volume_albedo(const struct world *world) {
+    return spectrum_uniform(world->scene->volume.albedo);
+}
+static inline real volume_density(const struct world *world, vector p, words w) {
+    return volume_grid_density(&world->scene->volume, world->density, p, w);
+}
+static inline real majorant_mean_free_path(const struct world *world) {
+    return majorant_global_mean_free_path(&world->scene->majorant);
+}
+static inline mask free_flight_collides(real density, real u) { return free_flight_delta_collides(density, u); }
+static inline vector phase_sample(const struct world *world, vector in, real u, real v) {
+    return phase_isotropic_sample(&world->scene->phase, in, u, v);
+}
+static inline spectrum light_radiance(const struct world *world, vector direction) { return light_constant_radiance(&world->scene->light_0, direction); }
+#line 1 "core/path.h"
+// The state of a lane's path. Positions lie in the volume's local space and are kept relative to the last collision:
+// `origin` + `t` × `along`, so that small steps are never added to a large number. `t` is a length in the scene.
+
+
+
+typedef struct {
+    rng_address random;
+    vector origin, along;  // last collision or entry; direction of the flight (or shadow walk) in local space
+    vector direction;      // direction of travel in the scene
+    real t, t_exit;        // along the flight; where it leaves the volume
+    spectrum throughput, radiance;
+} path;
+#line 1 "integrator/no_next_event.h"
+// Next-event estimation in a scene whose lights are all met on escape: a collision scatters at once.
+typedef struct { int unused; } next_event;
+
+static inline mask next_event_walking(const next_event *event) { return (mask)0; }
+
+static inline mask next_event_step(next_event *event, const struct world *world, path *p, real density, mask escape, real u) {
+    return (mask)0;
+}
+
+static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
+    return collide;
+}
+#line 1 "integrator/volumetric_path.cl"
+// The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
+// One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+#line 1 "core/box.h"
+// A volume's bounds in its local space: from the origin to `size`.
+
+
+static inline real box_face(real o, real d, float size) {
+    return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
+}
+
+// Distance from a point inside to the face ahead; 0 or more.
+static inline real box_exit(vector3 size, vector o, vector d) {
+    real t = smaller(box_face(o.x, d.x, size.x), smaller(box_face(o.y, d.y, size.y), box_face(o.z, d.z, size.z)));
+    return larger(t, (real)0.f);
+}
+
+static inline void box_slab(real o, real d, float size, real *near, real *far) {
+    real a = -o / d, b = ((real)size - o) / d;
+    mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
+    *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));
+    *far = smaller(*far, pick(larger(a, b), (real)1e30f, parallel));
+}
+
+// Where a ray from outside or inside runs through the box: near < far if it does at all.
+static inline void box_clip(vector3 size, vector o, vector d, real *near, real *far) {
+    box_slab(o.x, d.x, size.x, near, far);
+    box_slab(o.y, d.y, size.y, near, far);
+    box_slab(o.z, d.z, size.z, near, far);
+}
+#line 4 "integrator/volumetric_path.cl"
+#line 1 "core/moments.h"
+// Sum and sum of squares of a pixel's samples as unevaluated pairs of floats (about 48 bits): a range of samples gives
+// the same numbers, to the rounding of a float64 sum, however it is cut. Two-sum: Knuth; fast two-sum: Dekker (1971).
+typedef struct { real sum, sum_low, square, square_low; } moments;
+
+// Adds x, and what rounding has left of it elsewhere, to a pair.
+static inline void pair_add(real *high, real *low, real x, real rest) {
+    real s = *high + x, b = s - *high;
+    real error = ((*high - (s - b)) + (x - b)) + (*low + rest);
+    *high = s + error;
+    *low = error - (*high - s);
+}
+
+static inline void moments_add(moments *m, real x) {
+    real square = x * x;
+    pair_add(&m->sum, &m->sum_low, x, (real)0.f);
+    pair_add(&m->square, &m->square_low, square, fma(x, x, -square));
+}
+#line 5 "integrator/volumetric_path.cl"
+
+
+// The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
+static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
+    p->random.dimension = pick(p->random.dimension, (word)0u, begin);
+    words w = rng_next(&p->random, begin);
+    int width = world->scene->film.width, height = world->scene->film.height;
+    vector anchor, direction;
+    real near, far = (real)1e30f;
+    camera_ray(world, (to_real(x) + unit(w.x)) / (float)width, (to_real(y) + unit(w.y)) / (float)height, &anchor, &direction, &near);
+    vector local_anchor = affine_point(volume_to_local(world), anchor), along = affine_direction(volume_to_local(world), direction);
+    box_clip(volume_size(world), local_anchor, along, &near, &far);
+    p->origin = vector_pick(p->origin, vector_along(local_anchor, near, along), begin);
+    p->direction = vector_pick(p->direction, direction, begin);
+    p->along = vector_pick(p->along, along, begin);
+    p->t = pick(p->t, (real)0.f, begin);
+    p->t_exit = pick(p->t_exit, far - near, begin);
+    p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
+    p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
+}
+
+static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples) {
+    const uint lane0 = (uint)get_global_id(0) * LANES, pixels = (uint)get_global_size(0) * LANES;
+    const int width = world->scene->film.width;
+    const integer pixel = (integer)(int)lane0 + lane_index(), y = pixel / width, x = pixel - y * width;
+    const real mean_free_path = majorant_mean_free_path(world);
+    const spectrum albedo = volume_albedo(world);
+
+    // Every lane starts the first sample of its pixel.
+    path p;
+    p.random.pixel = integer_as_word(pixel);
+    p.random.sample = (word)first;
+    p.random.dimension = (word)0u;
+    p.random.seed = world->scene->film.seed;
+    mask live = (mask)-1;
+    path_begin(&p, world, x, y, live);
+    next_event event = {0};
+    moments sums[CHANNELS] = {{0}};
+    integer rejected = (integer)0, violations = (integer)0;
+    const word last = (word)(first + samples - 1u);
+
+    while (some(live)) {
+        // Tentative collision, of a flight or of a shadow walk.
+        words w = rng_next(&p.random, (mask)-1);
+        real distance = unit_positive(w.x, w.w), u = unit(w.w);
+        if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
+            words deep = rng_words(&p.random, p.random.dimension | 0x80000000u);
+            distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
+            u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
+        }
+        p.t -= log(distance) * mean_free_path;
+        mask escape = test(p.t >= p.t_exit);
+        vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
+        real density = volume_density(world, at, w);
+        violations -= test(density > 1.000001f);
+        mask flying = live & ~next_event_walking(&event);
+        mask collide = free_flight_collides(density, u) & ~escape & flying;
+        mask leave = escape & flying;
+        mask scatter = next_event_step(&event, world, &p, density, escape, u);
+        if (!some(collide | leave | scatter)) continue;
+
+        // Collision: absorb by weight; faint paths go on with probability 1/2.
+        words v = rng_next(&p.random, collide | leave | scatter);
+        p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
+        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
+        mask dead = faint & (test((v.x & 1u) == 0u) | test(spectrum_max(p.throughput) <= 0.f));
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+        p.origin = vector_pick(p.origin, at, collide);
+        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
+
+        // Scattering: a new direction.
+        vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
+        p.direction = vector_pick(p.direction, direction, scatter);
+        p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
+        p.t = pick(p.t, (real)0.f, collide | scatter);
+        p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
+
+        // End of the path: the environment, the film, the next sample of the pixel.
+        mask end = leave | dead;
+        if (some(end)) {
+            spectrum sky = spectrum_multiply(p.throughput, light_radiance(world, p.direction));
+            spectrum total = spectrum_pick(p.radiance, spectrum_add(p.radiance, sky), leave);
+            mask bad = (mask)0;
+            for (int c = 0; c < CHANNELS; ++c)
+                bad |= ~(test(spectrum_channel(total, c) >= 0.f) & test(spectrum_channel(total, c) < INFINITY));
+            rejected -= bad & end;
+            for (int c = 0; c < CHANNELS; ++c)
+                moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
+            live &= ~(end & test(p.random.sample == last));
+            p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
+            path_begin(&p, world, x, y, end);
+        }
+    }
+
+    for (int c = 0; c < CHANNELS; ++c) {
+        lanes_store(sums[c].sum, film + (size_t)(4 * c) * pixels + lane0);
+        lanes_store(sums[c].sum_low, film + (size_t)(4 * c + 1) * pixels + lane0);
+        lanes_store(sums[c].square, film + (size_t)(4 * c + 2) * pixels + lane0);
+        lanes_store(sums[c].square_low, film + (size_t)(4 * c + 3) * pixels + lane0);
+    }
+    lanes_store(integer_as_word(rejected), faults + lane0);
+    lanes_store(integer_as_word(violations), faults + pixels + lane0);
+}
+#line 1 "generated"
+
+__kernel void render(__constant const struct scene *scene, __global const density_storage *density, __global float *film, __global uint *faults, uint first, uint samples) {
+    const struct world world = {scene, density};
+    volumetric_path(&world, film, faults, first, samples);
+}

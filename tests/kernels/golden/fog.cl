@@ -1,0 +1,511 @@
+#line 1 "core/lanes_8.h"
+// Lane types, eight lanes (AVX).
+#define LANES 8
+#line 1 "core/lanes_vector.h"
+// Lane types over OpenCL vectors; lanes_4.h, lanes_8.h and lanes_16.h set LANES, lane_index and gather.
+#define LANES_JOIN_(a, b) a##b
+#define LANES_JOIN(a, b) LANES_JOIN_(a, b)
+typedef LANES_JOIN(float, LANES) real;
+typedef LANES_JOIN(int, LANES) integer;
+typedef LANES_JOIN(uint, LANES) word;
+typedef LANES_JOIN(int, LANES) mask;
+#define to_real(x) LANES_JOIN(convert_float, LANES)(x)
+#define to_integer(x) LANES_JOIN(convert_int, LANES)(x)
+#define to_word(x) LANES_JOIN(convert_uint, LANES)(x)
+#define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
+#define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
+#define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
+#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
+#define test(condition) (condition)
+// Operators rather than the builtins select, any, fmin and fmax: they are inlined by every compiler, where PoCL calls its
+// builtins as functions, spilling all registers, when it takes the processor for an older one than its library does.
+#define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
+#define lanes_store(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
+#define lanes_load(p) LANES_JOIN(vload, LANES)(0, p)
+#line 4 "core/lanes_8.h"
+#define lane_index() ((integer)(0, 1, 2, 3, 4, 5, 6, 7))
+#define gather(type, p, i) ((LANES_JOIN(type, LANES))((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], \
+                                                      (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7]))
+
+static inline int some(mask m) {
+    int4 a = m.lo | m.hi;
+    int2 b = a.lo | a.hi;
+    return b.x | b.y;
+}
+#line 1 "core/lanes_math.h"
+// Minima and maxima by operators (see lanes_vector.h). `b` where either is NaN.
+static inline real smaller(real a, real b) { return pick(b, a, test(a < b)); }
+static inline real larger(real a, real b) { return pick(b, a, test(a > b)); }
+static inline integer clamp_index(integer i, int size) {
+    integer last = (integer)(size - 1);
+    i = pick(i, (integer)0, test(i < 0));
+    return pick(i, last, test(i > last));
+}
+#line 14 "core/lanes_8.h"
+#line 1 "core/rng.h"
+// Random numbers are addressed, not drawn in order: (seed, pixel, sample, dimension) -> four words, a 128-bit address.
+// So any range of samples can be rendered anywhere, in any order, again after a crash, and means the same.
+typedef struct { word x, y, z, w; } words;
+
+// pcg4d: Jarzynski & Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020.
+static inline words pcg4d(words v) {
+    v.x = v.x * 1664525u + 1013904223u;
+    v.y = v.y * 1664525u + 1013904223u;
+    v.z = v.z * 1664525u + 1013904223u;
+    v.w = v.w * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v.x ^= v.x >> 16u;
+    v.y ^= v.y >> 16u;
+    v.z ^= v.z >> 16u;
+    v.w ^= v.w >> 16u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+// The address of a path; `dimension` counts the words taken along it, four at a time.
+typedef struct { word pixel, sample, dimension; uint seed; } rng_address;
+
+static inline words rng_words(const rng_address *at, word dimension) {
+    words v = {at->pixel, at->sample, dimension, (word)at->seed};
+    return pcg4d(v);
+}
+
+// The next four words; the address moves on in the lanes that take them, so that no path depends on its neighbours.
+static inline words rng_next(rng_address *at, mask taken) {
+    words v = rng_words(at, at->dimension);
+    at->dimension -= integer_as_word(taken);
+    return v;
+}
+
+// Uniform in [0, 1), 24 bits.
+static inline real unit(word w) { return to_real(word_as_integer(w >> 8u)) * 0x1p-24f; }
+
+// Uniform in (0, 1], 40 bits: -log(u) follows the exponential law to 27 mean free paths. `low` gives the last 8 bits.
+static inline real unit_positive(word high, word low) {
+    return to_real(word_as_integer(high >> 8u)) * 0x1p-24f
+         + (to_real(word_as_integer(((high & 255u) << 8u) | (low & 255u))) + 0.5f) * 0x1p-40f;
+}
+
+// Where the words above begin with 24 zeros, the uniforms go on from here with words of their own, so that tails and tiny
+// probabilities keep a full exponent; a free flight reaches 34 mean free paths (exp(-34) = 2^-49).
+static inline mask unit_is_deep(word w) { return test((w >> 8u) == 0u); }
+static inline real unit_positive_deep(word w) { return (to_real(word_as_integer(w >> 8u)) + 0.5f) * 0x1p-48f; }
+static inline real unit_deep(word w) { return unit(w) * 0x1p-24f; }
+#line 1 "core/vector.h"
+// Three-vectors: `vector` holds lanes, `vector3` and `affine` the same number for all lanes, as the scene's record does.
+typedef struct { real x, y, z; } vector;
+typedef struct { float x, y, z; } vector3;
+// Rows of a 3 × 4 matrix, applied to column vectors.
+typedef struct { float xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
+
+static inline vector vector_of(real x, real y, real z) {
+    vector v = {x, y, z};
+    return v;
+}
+
+static inline vector vector_uniform(vector3 v) { return vector_of((real)v.x, (real)v.y, (real)v.z); }
+
+// a + t b
+static inline vector vector_along(vector a, real t, vector b) {
+    return vector_of(a.x + t * b.x, a.y + t * b.y, a.z + t * b.z);
+}
+
+static inline real vector_dot(vector a, vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static inline vector vector_normalize(vector a) {
+    real s = 1.f / sqrt(vector_dot(a, a));
+    return vector_of(a.x * s, a.y * s, a.z * s);
+}
+
+static inline vector vector_pick(vector no, vector yes, mask chosen) {
+    return vector_of(pick(no.x, yes.x, chosen), pick(no.y, yes.y, chosen), pick(no.z, yes.z, chosen));
+}
+
+static inline vector affine_point(__constant const affine *m, vector p) {
+    return vector_of(m->xx * p.x + m->xy * p.y + m->xz * p.z + m->x0, m->yx * p.x + m->yy * p.y + m->yz * p.z + m->y0,
+                     m->zx * p.x + m->zy * p.y + m->zz * p.z + m->z0);
+}
+
+static inline vector affine_direction(__constant const affine *m, vector d) {
+    return vector_of(m->xx * d.x + m->xy * d.y + m->xz * d.z, m->yx * d.x + m->yy * d.y + m->yz * d.z,
+                     m->zx * d.x + m->zy * d.y + m->zz * d.z);
+}
+#line 1 "core/spectrum_1.h"
+// Spectra, one channel: a grey scene. `spectrum` holds lanes, `colour` the same for all lanes.
+#define CHANNELS 1
+typedef real spectrum;
+typedef float colour;
+#define spectrum_channel(s, c) (s)
+
+static inline spectrum spectrum_uniform(colour c) { return (real)c; }
+static inline spectrum spectrum_grey(real v) { return v; }
+static inline spectrum spectrum_add(spectrum a, spectrum b) { return a + b; }
+static inline spectrum spectrum_multiply(spectrum a, spectrum b) { return a * b; }
+static inline spectrum spectrum_scale(spectrum a, real s) { return a * s; }
+static inline spectrum spectrum_pick(spectrum no, spectrum yes, mask chosen) { return pick(no, yes, chosen); }
+static inline real spectrum_max(spectrum a) { return a; }
+#line 1 "generated"
+struct film { int width; int height; uint seed; };
+struct camera_perspective { vector3 corner; vector3 right; vector3 down; vector3 origin; };
+struct volume_constant { affine to_local; vector3 size; colour albedo; };
+struct majorant_global { float mean_free_path; };
+struct phase_henyey_greenstein { float g; float gap; };
+struct light_directional { vector3 towards; colour irradiance; };
+struct scene { struct film film; struct camera_perspective camera; struct volume_constant volume; struct majorant_global majorant; struct phase_henyey_greenstein phase; struct light_directional light_0; };
+#line 1 "camera/perspective.h"
+// A pinhole. Rays are anchored on a plane through the scene's middle, computed in float64 on the host, so that a camera
+// a million object sizes away loses no precision; `start` is where the pinhole lies on the ray, relative to the anchor.
+
+
+static inline void camera_perspective_ray(__constant const struct camera_perspective *camera, real u, real v,
+                                          vector *anchor, vector *direction, real *start) {
+    vector corner = vector_uniform(camera->corner), right = vector_uniform(camera->right), down = vector_uniform(camera->down);
+    *anchor = vector_along(vector_along(corner, u, right), v, down);
+    vector away = vector_along(*anchor, (real)-1.f, vector_uniform(camera->origin));
+    real distance = sqrt(vector_dot(away, away));
+    *direction = vector_of(away.x / distance, away.y / distance, away.z / distance);
+    *start = -distance;
+}
+#line 1 "volume/constant.h"
+// A homogeneous medium in a box; local space is the unit cube. Density is relative to the majorant.
+
+
+
+static inline real volume_constant_density(__constant const struct volume_constant *volume, vector p, words w) {
+    return (real)1.f;
+}
+#line 1 "tracking/analytic.h"
+// Free flight in a homogeneous medium: the majorant is σ_t itself, so every tentative collision is real.
+static inline mask free_flight_analytic_collides(real density, real u) { return (mask)-1; }
+#line 1 "tracking/exact.h"
+// Transmittance of a homogeneous medium, exp(-σ_t s): the walk is over in one step.
+static inline mask transmittance_exact_step(real *transmittance, real density, real length, real mean_free_path, mask escape, real u) {
+    *transmittance = exp(-length / mean_free_path);
+    return (mask)-1;
+}
+#line 1 "majorant/global.h"
+// One bound on σ_t for the whole volume.
+static inline real majorant_global_mean_free_path(__constant const struct majorant_global *majorant) {
+    return (real)majorant->mean_free_path;
+}
+#line 1 "phase/henyey_greenstein.h"
+// Henyey & Greenstein, "Diffuse radiation in the galaxy", ApJ 93, 1941. Written in the versine from the axis of the peak,
+// m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the peak, these do neither.
+// gap = 1 - |g|, computed in float64 on the host.
+#line 1 "core/warp.h"
+#line 1 "core/frame.h"
+// An orthonormal frame around a unit vector without branches: Duff et al., "Building an Orthonormal Basis, Revisited",
+// JCGT 6(1), 2017. Returns x s + y t + z n.
+
+
+static inline vector frame_to_world(vector n, real x, real y, real z) {
+    real sign = copysign((real)1.f, n.z), a = -1.f / (sign + n.z), b = n.x * n.y * a;
+    vector s = vector_of(1.f + sign * n.x * n.x * a, sign * b, -sign * n.x);
+    vector t = vector_of(b, sign + n.y * n.y * a, -n.y);
+    return vector_of(x * s.x + y * t.x + z * n.x, x * s.y + y * t.y + z * n.y, x * s.z + y * t.z + z * n.z);
+}
+#line 2 "core/warp.h"
+#line 1 "core/sincos.h"
+// Sine and cosine of 2π u, 0 <= u <= 1: reduced to an eighth of a turn, then minimax polynomials (Cephes sinf, cosf).
+static inline void sincos_turns(real u, real *sine, real *cosine) {
+    real turns = u * 4.f, rounded = turns + 0.5f;
+    integer k = to_integer(rounded);  // positive, so that truncation rounds down
+    real r = (turns - to_real(k)) * 1.57079633f, r2 = r * r;
+    real s = r * (1.f + r2 * (-0.166666546f + r2 * (8.3321608736e-3f - 1.9515295891e-4f * r2)));
+    real c = 1.f - 0.5f * r2 + r2 * r2 * (4.166664568e-2f + r2 * (-1.388731625e-3f + 2.443315712e-5f * r2));
+    mask odd = test((k & 1) != 0);
+    *sine = pick(pick(s, c, odd), -pick(s, c, odd), test((k & 2) != 0));
+    *cosine = pick(pick(c, s, odd), -pick(c, s, odd), test(((k + 1) & 2) != 0));
+}
+#line 3 "core/warp.h"
+
+// The unit vector at an angle to `axis` given by its versine, 1 - cos θ, which keeps the precision that cos θ loses
+// near 1, turned by `azimuth` full turns. Normalised, so that long paths do not drift.
+static inline vector warp_around(vector axis, real versine, real azimuth) {
+    real sine, cosine, radius = sqrt(versine * (2.f - versine));
+    sincos_turns(azimuth, &sine, &cosine);
+    return vector_normalize(frame_to_world(axis, radius * cosine, radius * sine, 1.f - versine));
+}
+#line 5 "phase/henyey_greenstein.h"
+
+// p = (1 - g²) / 4π (1 + g² - 2 g cos θ)^(3/2), with 1 + g² - 2 g cos θ = gap² + 2 |g| m and m = |in ∓ out|² / 2.
+static inline real phase_henyey_greenstein_eval(__constant const struct phase_henyey_greenstein *phase, vector in, vector out) {
+    vector chord = vector_along(in, (real)-copysign(1.f, phase->g), out);
+    real squared = phase->gap * phase->gap + fabs(phase->g) * vector_dot(chord, chord);
+    return 0.0795774715f * phase->gap * (1.f + fabs(phase->g)) / (squared * sqrt(squared));
+}
+
+// The textbook inverse of the distribution function, solved for m:
+// m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)².
+static inline vector phase_henyey_greenstein_sample(__constant const struct phase_henyey_greenstein *phase, vector in,
+                                                    real u, real v) {
+    float side = copysign(1.f, phase->g), g = fabs(phase->g);
+    real ratio = phase->gap / (phase->gap + 2.f * g * u);
+    real m = 2.f * ratio * ratio * (1.f - u) * (1.f + g * u);
+    vector axis = vector_of(in.x * side, in.y * side, in.z * side);
+    return warp_around(axis, smaller(m, (real)2.f), v);
+}
+
+static inline real phase_henyey_greenstein_pdf(__constant const struct phase_henyey_greenstein *phase, vector in, vector out) {
+    return phase_henyey_greenstein_eval(phase, in, out);
+}
+#line 1 "light/directional.h"
+// Parallel light from infinitely far away. No sampled direction ever hits it, so next-event estimation is its only
+// estimator; its density is a delta, so the weight is the irradiance itself.
+
+
+static inline vector light_directional_sample(__constant const struct light_directional *light, spectrum *weight) {
+    *weight = spectrum_uniform(light->irradiance);
+    return vector_uniform(light->towards);
+}
+#line 1 "generated"
+struct world { __constant const struct scene *scene; };
+#line 1 "generated"
+static inline void camera_ray(const struct world *world, real u, real v, vector *anchor, vector *direction,
+                              real *start) {
+    camera_perspective_ray(&world->scene->camera, u, v, anchor, direction, start);
+}
+static inline __constant const affine *volume_to_local(const struct world *world) {
+    return &world->scene->volume.to_local;
+}
+static inline vector3 volume_size(const struct world *world) { return world->scene->volume.size; }
+static inline spectrum volume_albedo(const struct world *world) {
+    return spectrum_uniform(world->scene->volume.albedo);
+}
+static inline real volume_density(const struct world *world, vector p, words w) {
+    return volume_constant_density(&world->scene->volume, p, w);
+}
+static inline real majorant_mean_free_path(const struct world *world) {
+    return majorant_global_mean_free_path(&world->scene->majorant);
+}
+static inline mask free_flight_collides(real density, real u) { return free_flight_analytic_collides(density, u); }
+static inline vector phase_sample(const struct world *world, vector in, real u, real v) {
+    return phase_henyey_greenstein_sample(&world->scene->phase, in, u, v);
+}
+static inline spectrum light_radiance(const struct world *world, vector direction) { return spectrum_grey((real)0.f); }
+static inline real phase_eval(const struct world *world, vector in, vector out) {
+    return phase_henyey_greenstein_eval(&world->scene->phase, in, out);
+}
+static inline mask transmittance_step(const struct world *world, real *value, real density, real length, mask escape,
+                                      real u) {
+    return transmittance_exact_step(value, density, length, majorant_mean_free_path(world), escape, u);
+}
+static inline vector light_sample(const struct world *world, real u, spectrum *weight) {
+    vector towards = light_directional_sample(&world->scene->light_0, weight);
+    return towards;
+}
+#line 1 "core/path.h"
+// The state of a lane's path. Positions lie in the volume's local space and are kept relative to the last collision:
+// `origin` + `t` × `along`, so that small steps are never added to a large number. `t` is a length in the scene.
+
+
+
+typedef struct {
+    rng_address random;
+    vector origin, along;  // last collision or entry; direction of the flight (or shadow walk) in local space
+    vector direction;      // direction of travel in the scene
+    real t, t_exit;        // along the flight; where it leaves the volume
+    spectrum throughput, radiance;
+} path;
+#line 1 "integrator/next_event.h"
+// Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the same steps
+// as a free flight, and scatters when it arrives. The vertex is the origin of the walk, so nothing needs restoring.
+typedef struct {
+    mask walking;
+    real transmittance;
+    vector towards;
+    spectrum weight;
+} next_event;
+
+static inline mask next_event_walking(const next_event *event) { return event->walking; }
+
+// One step of the walks; returns the lanes that have arrived (or lost all their weight) and scatter now.
+static inline mask next_event_step(next_event *event, const struct world *world, path *p, real density, mask escape, real u) {
+    real transmittance = event->transmittance;
+    mask over = transmittance_step(world, &transmittance, density, p->t_exit, escape, u) & event->walking;
+    event->transmittance = pick(event->transmittance, transmittance, event->walking);
+    if (some(over)) {
+        real phase = phase_eval(world, p->direction, event->towards);
+        spectrum light = spectrum_scale(spectrum_multiply(event->weight, p->throughput), phase * transmittance);
+        p->radiance = spectrum_pick(p->radiance, spectrum_add(p->radiance, light), over);
+        event->walking &= ~over;
+    }
+    return over;
+}
+
+// Sends the lanes that have collided towards a light; none of them scatters yet.
+static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
+    spectrum weight;
+    vector towards = light_sample(world, u, &weight);
+    event->towards = vector_pick(event->towards, towards, collide);
+    event->weight = spectrum_pick(event->weight, weight, collide);
+    event->transmittance = pick(event->transmittance, (real)1.f, collide);
+    event->walking |= collide;
+    p->along = vector_pick(p->along, affine_direction(volume_to_local(world), towards), collide);
+    return (mask)0;
+}
+#line 1 "integrator/volumetric_path.cl"
+// The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
+// One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+#line 1 "core/box.h"
+// A volume's bounds in its local space: from the origin to `size`.
+
+
+static inline real box_face(real o, real d, float size) {
+    return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
+}
+
+// Distance from a point inside to the face ahead; 0 or more.
+static inline real box_exit(vector3 size, vector o, vector d) {
+    real t = smaller(box_face(o.x, d.x, size.x), smaller(box_face(o.y, d.y, size.y), box_face(o.z, d.z, size.z)));
+    return larger(t, (real)0.f);
+}
+
+static inline void box_slab(real o, real d, float size, real *near, real *far) {
+    real a = -o / d, b = ((real)size - o) / d;
+    mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
+    *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));
+    *far = smaller(*far, pick(larger(a, b), (real)1e30f, parallel));
+}
+
+// Where a ray from outside or inside runs through the box: near < far if it does at all.
+static inline void box_clip(vector3 size, vector o, vector d, real *near, real *far) {
+    box_slab(o.x, d.x, size.x, near, far);
+    box_slab(o.y, d.y, size.y, near, far);
+    box_slab(o.z, d.z, size.z, near, far);
+}
+#line 4 "integrator/volumetric_path.cl"
+#line 1 "core/moments.h"
+// Sum and sum of squares of a pixel's samples as unevaluated pairs of floats (about 48 bits): a range of samples gives
+// the same numbers, to the rounding of a float64 sum, however it is cut. Two-sum: Knuth; fast two-sum: Dekker (1971).
+typedef struct { real sum, sum_low, square, square_low; } moments;
+
+// Adds x, and what rounding has left of it elsewhere, to a pair.
+static inline void pair_add(real *high, real *low, real x, real rest) {
+    real s = *high + x, b = s - *high;
+    real error = ((*high - (s - b)) + (x - b)) + (*low + rest);
+    *high = s + error;
+    *low = error - (*high - s);
+}
+
+static inline void moments_add(moments *m, real x) {
+    real square = x * x;
+    pair_add(&m->sum, &m->sum_low, x, (real)0.f);
+    pair_add(&m->square, &m->square_low, square, fma(x, x, -square));
+}
+#line 5 "integrator/volumetric_path.cl"
+
+
+// The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
+static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
+    p->random.dimension = pick(p->random.dimension, (word)0u, begin);
+    words w = rng_next(&p->random, begin);
+    int width = world->scene->film.width, height = world->scene->film.height;
+    vector anchor, direction;
+    real near, far = (real)1e30f;
+    camera_ray(world, (to_real(x) + unit(w.x)) / (float)width, (to_real(y) + unit(w.y)) / (float)height, &anchor, &direction, &near);
+    vector local_anchor = affine_point(volume_to_local(world), anchor), along = affine_direction(volume_to_local(world), direction);
+    box_clip(volume_size(world), local_anchor, along, &near, &far);
+    p->origin = vector_pick(p->origin, vector_along(local_anchor, near, along), begin);
+    p->direction = vector_pick(p->direction, direction, begin);
+    p->along = vector_pick(p->along, along, begin);
+    p->t = pick(p->t, (real)0.f, begin);
+    p->t_exit = pick(p->t_exit, far - near, begin);
+    p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
+    p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
+}
+
+static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples) {
+    const uint lane0 = (uint)get_global_id(0) * LANES, pixels = (uint)get_global_size(0) * LANES;
+    const int width = world->scene->film.width;
+    const integer pixel = (integer)(int)lane0 + lane_index(), y = pixel / width, x = pixel - y * width;
+    const real mean_free_path = majorant_mean_free_path(world);
+    const spectrum albedo = volume_albedo(world);
+
+    // Every lane starts the first sample of its pixel.
+    path p;
+    p.random.pixel = integer_as_word(pixel);
+    p.random.sample = (word)first;
+    p.random.dimension = (word)0u;
+    p.random.seed = world->scene->film.seed;
+    mask live = (mask)-1;
+    path_begin(&p, world, x, y, live);
+    next_event event = {0};
+    moments sums[CHANNELS] = {{0}};
+    integer rejected = (integer)0, violations = (integer)0;
+    const word last = (word)(first + samples - 1u);
+
+    while (some(live)) {
+        // Tentative collision, of a flight or of a shadow walk.
+        words w = rng_next(&p.random, (mask)-1);
+        real distance = unit_positive(w.x, w.w), u = unit(w.w);
+        if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
+            words deep = rng_words(&p.random, p.random.dimension | 0x80000000u);
+            distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
+            u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
+        }
+        p.t -= log(distance) * mean_free_path;
+        mask escape = test(p.t >= p.t_exit);
+        vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
+        real density = volume_density(world, at, w);
+        violations -= test(density > 1.000001f);
+        mask flying = live & ~next_event_walking(&event);
+        mask collide = free_flight_collides(density, u) & ~escape & flying;
+        mask leave = escape & flying;
+        mask scatter = next_event_step(&event, world, &p, density, escape, u);
+        if (!some(collide | leave | scatter)) continue;
+
+        // Collision: absorb by weight; faint paths go on with probability 1/2.
+        words v = rng_next(&p.random, collide | leave | scatter);
+        p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
+        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
+        mask dead = faint & (test((v.x & 1u) == 0u) | test(spectrum_max(p.throughput) <= 0.f));
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+        p.origin = vector_pick(p.origin, at, collide);
+        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
+
+        // Scattering: a new direction.
+        vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
+        p.direction = vector_pick(p.direction, direction, scatter);
+        p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
+        p.t = pick(p.t, (real)0.f, collide | scatter);
+        p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
+
+        // End of the path: the environment, the film, the next sample of the pixel.
+        mask end = leave | dead;
+        if (some(end)) {
+            spectrum sky = spectrum_multiply(p.throughput, light_radiance(world, p.direction));
+            spectrum total = spectrum_pick(p.radiance, spectrum_add(p.radiance, sky), leave);
+            mask bad = (mask)0;
+            for (int c = 0; c < CHANNELS; ++c)
+                bad |= ~(test(spectrum_channel(total, c) >= 0.f) & test(spectrum_channel(total, c) < INFINITY));
+            rejected -= bad & end;
+            for (int c = 0; c < CHANNELS; ++c)
+                moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
+            live &= ~(end & test(p.random.sample == last));
+            p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
+            path_begin(&p, world, x, y, end);
+        }
+    }
+
+    for (int c = 0; c < CHANNELS; ++c) {
+        lanes_store(sums[c].sum, film + (size_t)(4 * c) * pixels + lane0);
+        lanes_store(sums[c].sum_low, film + (size_t)(4 * c + 1) * pixels + lane0);
+        lanes_store(sums[c].square, film + (size_t)(4 * c + 2) * pixels + lane0);
+        lanes_store(sums[c].square_low, film + (size_t)(4 * c + 3) * pixels + lane0);
+    }
+    lanes_store(integer_as_word(rejected), faults + lane0);
+    lanes_store(integer_as_word(violations), faults + pixels + lane0);
+}
+#line 1 "generated"
+
+__kernel void render(__constant const struct scene *scene, __global float *film, __global uint *faults, uint first, uint samples) {
+    const struct world world = {scene};
+    volumetric_path(&world, film, faults, first, samples);
+}

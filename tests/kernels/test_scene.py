@@ -1,0 +1,147 @@
+"""Bad scenes give one clear sentence that names the field; good ones survive the way to JSON and back."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from woodcock.scene import Scene, SceneError, load, parse, volume_files, with_volume_files
+
+GOOD: dict[str, Any] = {
+    "camera": {"kind": "perspective", "origin": [0, 0, 5], "target": [0, 0, 0], "fov": 40},
+    "volumes": [
+        {
+            "kind": "grid",
+            "file": "cloud.vdb",
+            "scale": 3,
+            "albedo": [0.9, 0.8, 0.7],
+            "phase": {"kind": "henyey_greenstein", "g": 0.5},
+        }
+    ],
+    "lights": [
+        {"kind": "constant", "radiance": 1},
+        {"kind": "directional", "direction": [0, -1, 0], "irradiance": [1, 2, 3]},
+    ],
+    "film": {"width": 64, "height": 32},
+    "stop": {"kind": "samples", "samples": 8},
+}
+CONSTANT = {"kind": "constant", "min": [0, 0, 0], "max": [1, 1, 1], "sigma_t": 1, "albedo": 0.5}
+NAN = float("nan")
+
+
+def changed(path: str, value: Any) -> str:
+    """GOOD with one value changed, as JSON."""
+    scene = copy.deepcopy(GOOD)
+    *parents, last = path.split(".")
+    at: Any = scene
+    for part in parents:
+        at = at[int(part)] if part.isdigit() else at[part]
+    at[int(last) if last.isdigit() else last] = value
+    return json.dumps(scene)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("camera.kind", "fisheye", "camera: unknown kind; known are 'perspective', 'orthographic'"),
+        ("camera.fov", 180, "camera.fov: input should be less than 180 (got 180)"),
+        ("camera.fov", NAN, "camera.fov: input should be a finite number (got NaN)"),
+        ("camera.fov", "40", 'camera.fov: input should be a valid number (got "40")'),
+        ("camera.origin", [0, 0], "camera.origin[2]: is required"),
+        ("camera.target", [0, 0, 5], "camera: target must differ from origin"),
+        ("camera.up", [0, 0, 2], "camera: up must not be zero or parallel to the view direction"),
+        ("camera.zoom", 2, "camera.zoom: is not a key of a scene (got 2)"),
+        ("volumes", [], "volumes: must hold exactly 1, not 0"),
+        ("volumes.0.scale", -1, "volumes[0].scale: input should be greater than or equal to 0 (got -1)"),
+        ("volumes.0.scale", NAN, "volumes[0].scale: input should be a finite number (got NaN)"),
+        (
+            "volumes.0.albedo",
+            1.5,
+            "volumes[0].albedo: must be one number or three (red, green, blue), each from 0 to 1",
+        ),
+        ("volumes.0.albedo", [1, 1], "volumes[0].albedo: must be one number or three (red, green, blue), each from 0"),
+        (
+            "volumes.0.albedo",
+            NAN,
+            "volumes[0].albedo: must be one number or three (red, green, blue), each from 0 to 1",
+        ),
+        ("volumes.0.phase.g", 1, "volumes[0].phase.g: input should be less than 1 (got 1)"),
+        ("volumes.0.phase.g", -1.0, "volumes[0].phase.g: input should be greater than -1 (got -1.0)"),
+        ("volumes.0.phase", {"g": 0}, "volumes[0].phase: needs a `kind`"),
+        ("volumes.0.file", "", "volumes[0].file: string should have at least 1 character"),
+        (
+            "volumes.0.to_world",
+            [[1, 0, 0, 0], [2, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+            "volumes[0]: to_world must not",
+        ),
+        ("volumes.0.to_world", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]], "volumes[0]: the last row of"),
+        ("volumes.0", CONSTANT | {"sigma_t": -2}, "volumes[0].sigma_t: input should be greater than or equal to 0"),
+        ("volumes.0", CONSTANT | {"max": [1, 0, 1]}, "volumes[0]: max must exceed min along y (min 0, max 0)"),
+        ("lights.1.direction", [0, 0, 0], "lights[1]: direction must not be zero"),
+        ("lights.0.radiance", -1, "lights[0].radiance: must be one number or three (red, green, blue), each 0 or more"),
+        ("film.width", 0, "film.width: input should be greater than or equal to 1 (got 0)"),
+        ("film.width", 2.5, "film.width: input should be a valid integer"),
+        ("film", {"width": 65536, "height": 65536}, "film: width × height must not exceed"),
+        ("seed", -1, "seed: input should be greater than or equal to 0 (got -1)"),
+        ("stop", {"kind": "samples", "samples": 0}, "stop.samples: input should be greater than or equal to 1 (got 0)"),
+        ("stop", {"kind": "seconds", "seconds": 0}, "stop.seconds: input should be greater than 0 (got 0)"),
+        ("stop", {"kind": "never"}, "stop: unknown kind; known are 'samples', 'seconds'"),
+    ],
+)
+def test_faults_name_their_field(path: str, value: Any, message: str) -> None:
+    with pytest.raises(SceneError) as fault:
+        parse(changed(path, value))
+    assert str(fault.value).startswith(message)
+    assert len(str(fault.value).splitlines()) == 1
+
+
+def test_every_fault_has_a_line() -> None:
+    with pytest.raises(SceneError) as fault:
+        parse('{"camera": {"kind": "perspective"}, "volumes": [{"kind": "constant", "sigma_t": -1}]}')
+    assert [line.split(":")[0] for line in str(fault.value).splitlines()] == [
+        "camera.origin",
+        "camera.target",
+        "volumes[0].albedo",
+        "volumes[0].min",
+        "volumes[0].max",
+        "volumes[0].sigma_t",
+    ]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"a": 1}', "\x00"])
+def test_no_scene_at_all(text: str) -> None:
+    with pytest.raises(SceneError):
+        parse(text)
+
+
+def test_round_trip_and_schema() -> None:
+    scene = parse(json.dumps(GOOD))
+    assert parse(scene.model_dump_json()) == scene
+    schema = Scene.model_json_schema()
+    assert set(schema["properties"]) == {"camera", "volumes", "lights", "film", "seed", "stop"}
+    missing = [
+        f"{name}.{field}"
+        for name, model in schema["$defs"].items()
+        for field, described in model["properties"].items()
+        if field != "kind" and "description" not in described
+    ]
+    assert missing == []
+
+
+def test_volume_files_are_found_beside_the_scene(tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(GOOD))
+    scene = load(path)
+    assert volume_files(scene) == (str(tmp_path / "cloud.vdb"),)
+    assert volume_files(with_volume_files(scene, lambda file: "sha256:00")) == ("sha256:00",)
+    path.write_text(changed("volumes.0.file", "sha256:00"))
+    assert volume_files(load(path)) == ("sha256:00",)
+
+
+def test_a_missing_scene_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"none.json: No such file or directory$"):
+        load(tmp_path / "none.json")

@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 import pytest
 from pydantic import BaseModel
+
 from woodcock.scene import Scene
 
 ROOT = Path(__file__).parents[1]
@@ -125,7 +126,7 @@ def test_a_kind_is_tested_and_documented(concept: str, kind: str, where: str) ->
 
 def files() -> list[Path]:
     """What git tracks, or would if it were added."""
-    command = ["git", "-C", ROOT, "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     try:
         listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     except (OSError, subprocess.CalledProcessError):

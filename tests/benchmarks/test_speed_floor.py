@@ -16,6 +16,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+
 from woodcock.device import Context, Device
 from woodcock.probe import best_lanes, probe
 

@@ -57,3 +57,15 @@ def test_transmittance_has_the_oracles_mean(context: Context, lanes: int, kind: 
     assert abs(value.mean() - right) < 5 * value.std() / np.sqrt(value.size) + 1e-6 * right
     if density in (0, 1):
         assert value.std() < 1e-6
+
+
+def test_small_steps_add_up(context: Context, lanes: int) -> None:
+    """A million steps, the first of a tenth of an ulp."""
+    body = """
+path p; p.t = (real)1.f; p.t_low = (real)0.f;
+for (int i = 0; i < 1000000; ++i) path_advance(&p, step);
+"""
+    step = np.array([1e-8, 1e-6, 0], np.float32)
+    parts = ["core/rng.h", "core/vector.h", "core/spectrum_1.h", "core/path.h"]
+    (t,) = evaluate(context, ["p.t"], {"step": step}, lanes=lanes, parts=parts, body=body)
+    assert np.allclose(t, 1 + 1e6 * step.astype(float), rtol=2e-7)

@@ -7,6 +7,13 @@ typedef struct {
     rng_address random;
     vector origin, along;  // last collision or entry; direction of the flight (or shadow walk) in local space
     vector direction;      // direction of travel in the scene
-    real t, t_exit;        // along the flight; where it leaves the volume
+    real t, t_low, t_exit; // along the flight, and what rounding left of it; where it leaves the volume
     spectrum throughput, radiance;
 } path;
+
+// Adds a step to t, compensated (Kahan 1965): t += step stalls for ever once the step is below half an ulp of t.
+static inline void path_advance(path *p, real step) {
+    real y = step + p->t_low, t = p->t + y;
+    p->t_low = y - (t - p->t);
+    p->t = t;
+}

@@ -18,6 +18,7 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->direction = vector_pick(p->direction, direction, begin);
     p->along = vector_pick(p->along, along, begin);
     p->t = pick(p->t, (real)0.f, begin);
+    p->t_low = pick(p->t_low, (real)0.f, begin);
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
@@ -52,7 +53,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
             distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
             u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
         }
-        p.t -= log(distance) * mean_free_path;
+        path_advance(&p, -log(distance) * mean_free_path);
         mask escape = test(p.t >= p.t_exit);
         vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
         real density = volume_density(world, at, w);
@@ -77,6 +78,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
         p.t = pick(p.t, (real)0.f, collide | scatter);
+        p.t_low = pick(p.t_low, (real)0.f, collide | scatter);
         p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
 
         // End of the path: the environment, the film, the next sample of the pixel.

@@ -310,9 +310,16 @@ typedef struct {
     rng_address random;
     vector origin, along;  // last collision or entry; direction of the flight (or shadow walk) in local space
     vector direction;      // direction of travel in the scene
-    real t, t_exit;        // along the flight; where it leaves the volume
+    real t, t_low, t_exit; // along the flight, and what rounding left of it; where it leaves the volume
     spectrum throughput, radiance;
 } path;
+
+// Adds a step to t, compensated (Kahan 1965): t += step stalls for ever once the step is below half an ulp of t.
+static inline void path_advance(path *p, real step) {
+    real y = step + p->t_low, t = p->t + y;
+    p->t_low = y - (t - p->t);
+    p->t = t;
+}
 #line 1 "integrator/next_event.h"
 // Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the same steps
 // as a free flight, and scatters when it arrives. The vertex is the origin of the walk, so nothing needs restoring.
@@ -416,6 +423,7 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->direction = vector_pick(p->direction, direction, begin);
     p->along = vector_pick(p->along, along, begin);
     p->t = pick(p->t, (real)0.f, begin);
+    p->t_low = pick(p->t_low, (real)0.f, begin);
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
@@ -450,7 +458,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
             distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
             u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
         }
-        p.t -= log(distance) * mean_free_path;
+        path_advance(&p, -log(distance) * mean_free_path);
         mask escape = test(p.t >= p.t_exit);
         vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
         real density = volume_density(world, at, w);
@@ -475,6 +483,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
         p.t = pick(p.t, (real)0.f, collide | scatter);
+        p.t_low = pick(p.t_low, (real)0.f, collide | scatter);
         p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
 
         // End of the path: the environment, the film, the next sample of the pixel.

@@ -10,12 +10,12 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from woodcock.scene import GridVolume, Scene, Volume
+from woodcock.scene import ConstantVolume, GridVolume, Scene, Volume
 from woodcock.space import Array, Space
 
 if TYPE_CHECKING:
@@ -91,49 +91,77 @@ def _words(value: Any, ctype: str, channels: int) -> NDArray[np.uint32]:
     return flat.astype(np.float32).view(np.uint32)
 
 
+class _Medium(NamedTuple):
+    """A volume, read: size, its extent in local space; bound, on σ_t; record, its numbers in a space."""
+
+    kinds: dict[str, tuple[str, ...]]
+    to_scene: Array
+    size: tuple[int, ...]
+    bound: float
+    record: Callable[[Space], dict[str, Any]]
+    buffers: dict[str, NDArray[np.generic]]
+
+    def corners(self) -> Array:
+        """(8, 3), in the scene."""
+        corners = np.array(list(np.ndindex(2, 2, 2))) * np.array(self.size)
+        return np.asarray(corners @ self.to_scene[:3, :3].T + self.to_scene[:3, 3])
+
+
+def _medium(volume: Volume, read: Callable[[GridVolume], Grid]) -> _Medium:
+    kind = module("volume", volume.kind)
+    if isinstance(volume, ConstantVolume):
+        kinds: dict[str, tuple[str, ...]] = {
+            "volume": ("constant",),
+            "free_flight": ("analytic",),
+            "transmittance": ("exact",),
+        }
+        return _Medium(
+            kinds, kind.to_scene(volume), (1, 1, 1), volume.sigma_t, lambda space: kind.record(volume, space), {}
+        )
+    grid = read(volume)
+    largest, storage = kind.check(grid, volume.file), kind.storage(grid.values)
+    return _Medium(
+        {"storage": (storage,), "volume": ("grid",), "free_flight": ("delta",), "transmittance": ("ratio",)},
+        kind.to_scene(volume, grid),
+        grid.values.shape[::-1],
+        volume.scale * largest,
+        lambda space: kind.record(volume, grid, largest, space),
+        {"density": kind.bricks(grid.values, storage)},
+    )
+
+
 def lay_out(scene: Scene, read: Callable[[GridVolume], Grid]) -> Layout:
     """Reads the volumes by `read` and lays the scene out. Raises VolumeError."""
     (volume,) = scene.volumes
-    grid = read(volume) if isinstance(volume, GridVolume) else None
-    lights = [(light, module("light", light.kind)) for light in scene.lights]
-    strongest = max((float(m.strength(light).max()) for light, m in lights), default=0.0)
-    space = Space.around(_corners(volume, grid), strongest)
+    medium = _medium(volume, read)
+    strongest = max((float(module("light", light.kind).strength(light).max()) for light in scene.lights), default=0.0)
+    space = Space.around(medium.corners(), strongest)
 
-    kinds: dict[str, tuple[str, ...]] = {"integrator": ("volumetric_path",), "camera": (scene.camera.kind,)}
-    buffers: dict[str, NDArray[np.generic]] = {}
     film = {"width": scene.film.width, "height": scene.film.height, "seed": scene.seed}
     records = [Record("film", "", "film", {"width": "int", "height": "int", "seed": "uint"}, film)]
 
-    def add(concept: str, kind: str, member: str, *arguments: Any) -> None:
-        kind_module = module(concept, kind)
-        records.append(Record(concept, kind, member, kind_module.FIELDS, kind_module.record(*arguments)))
+    def add(concept: str, kind: str, member: str, values: dict[str, Any]) -> None:
+        records.append(Record(concept, kind, member, module(concept, kind).FIELDS, values))
 
-    add("camera", scene.camera.kind, "camera", scene.camera, scene.film.width / scene.film.height, space)
-    if isinstance(volume, GridVolume) and grid is not None:
-        grids = module("volume", "grid")
-        largest = grids.check(grid, volume.file)
-        bound = volume.scale * largest
-        storage = grids.storage(grid.values)
-        buffers["density"] = grids.bricks(grid.values, storage)
-        kinds |= {"storage": (storage,), "volume": ("grid",), "free_flight": ("delta",), "transmittance": ("ratio",)}
-        add("volume", "grid", "volume", volume, grid, largest, space)
-    else:
-        assert not isinstance(volume, GridVolume)
-        bound = volume.sigma_t
-        kinds |= {"volume": ("constant",), "free_flight": ("analytic",), "transmittance": ("exact",)}
-        add("volume", "constant", "volume", volume, space)
-    kinds["majorant"] = ("global",)
-    add("majorant", "global", "majorant", bound, space)
-    kinds["phase"] = (volume.phase.kind,)
-    add("phase", volume.phase.kind, "phase", volume.phase)
-    for index, (light, light_module) in enumerate(lights):
-        records.append(
-            Record("light", light.kind, f"light_{index}", light_module.FIELDS, light_module.record(light, space))
-        )
-    kinds["light"] = tuple(dict.fromkeys(light.kind for light in scene.lights))
-    if all(light_module.ON_ESCAPE for _, light_module in lights):
+    camera, aspect = module("camera", scene.camera.kind), scene.film.width / scene.film.height
+    add("camera", scene.camera.kind, "camera", camera.record(scene.camera, aspect, space))
+    add("volume", volume.kind, "volume", medium.record(space))
+    add("majorant", "global", "majorant", module("majorant", "global").record(medium.bound, space))
+    add("phase", volume.phase.kind, "phase", module("phase", volume.phase.kind).record(volume.phase))
+    for index, light in enumerate(scene.lights):
+        add("light", light.kind, f"light_{index}", module("light", light.kind).record(light, space))
+
+    kinds = {
+        "integrator": ("volumetric_path",),
+        "camera": (scene.camera.kind,),
+        **medium.kinds,
+        "majorant": ("global",),
+        "phase": (volume.phase.kind,),
+        "light": tuple(dict.fromkeys(light.kind for light in scene.lights)),
+    }
+    if all(module("light", kind).ON_ESCAPE for kind in kinds["light"]):
         del kinds["transmittance"]
-    return Layout(kinds, channels(scene), tuple(records), buffers, space)
+    return Layout(kinds, channels(scene), tuple(records), medium.buffers, space)
 
 
 def channels(scene: Scene) -> int:
@@ -141,14 +169,3 @@ def channels(scene: Scene) -> int:
     spectra = [volume.albedo for volume in scene.volumes]
     spectra += [light.radiance if light.kind == "constant" else light.irradiance for light in scene.lights]
     return 3 if any(isinstance(spectrum, tuple) for spectrum in spectra) else 1
-
-
-def _corners(volume: Volume, grid: Grid | None) -> Array:
-    """(8, 3): the corners of the volume in the scene."""
-    kind = module("volume", volume.kind)
-    if grid is None:
-        to_scene, size = kind.to_scene(volume), (1, 1, 1)
-    else:
-        to_scene, size = kind.to_scene(volume, grid), grid.values.shape[::-1]
-    corners = np.array(list(np.ndindex(2, 2, 2))) * np.array(size)
-    return np.asarray(corners @ to_scene[:3, :3].T + to_scene[:3, 3])

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from woodcock.files import replacing
+from woodcock.scene import UPLOADED
 
 _CHECKPOINT = re.compile(r"film-(\d+)\.npz")
 
@@ -76,7 +77,11 @@ class Storage:
 
     def volume_file(self, volume_id: str) -> Path:
         """Where the volume `sha256:<64 hex>` lies."""
-        return self.volumes / volume_id.removeprefix("sha256:")
+        return self.volumes / volume_id.removeprefix(UPLOADED)
+
+    def by_id(self, sentence: str) -> str:
+        """The sentence with volumes' ids in place of their paths, which are nobody's business."""
+        return sentence.replace(f"{self.volumes}{os.sep}", UPLOADED)
 
     # Jobs
 

@@ -152,7 +152,7 @@ def test_an_uploaded_volume_is_rendered(service: Service, tmp_path: Path, make_s
         service.wait(job_id, succeeded)
     job = service.job(job_id)
     assert (job["state"], job["samples"], job["links"]["image"]) == ("failed", 0, None)
-    assert "\n" not in job["error"]
+    assert job["error"].startswith(f"{volume['id']}: No such file"), "the volume's id, no path of the server's"
 
     # Uploaded again, it is there again.
     assert service.http.post("/api/v1/volumes?name=ramp.npy", content=stream.getvalue()).status_code == 200

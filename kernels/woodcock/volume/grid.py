@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from woodcock.formats import Grid, VolumeError
+from woodcock.formats import MAX_VOXELS, Grid, VolumeError
 from woodcock.scene import GridVolume
 from woodcock.space import Array, Space
 
@@ -22,8 +22,6 @@ FIELDS = {
 }
 
 BRICK = 4
-#: Indices of voxels are 32 bits wide on the device.
-MAX_VOXELS = 1 << 30
 
 
 def to_scene(volume: GridVolume, grid: Grid) -> Array:

@@ -11,7 +11,7 @@ from tests.kernels.device_code import KIND_NEEDS, numbers, struct
 
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
-from woodcock.formats import Grid, VolumeError, read_grid
+from woodcock.formats import Grid, GridInfo, VolumeError, read_grid
 from woodcock.layout import Record, module
 from woodcock.scene import ConstantVolume, GridVolume
 from woodcock.space import Space
@@ -106,3 +106,26 @@ def test_bad_densities_are_refused(tmp_path: Path, fault: float, message: str) -
     np.save(tmp_path / "bad.npy", values)
     with pytest.raises(VolumeError, match=rf"bad.npy: .*{message}, first at voxel \(3, 2, 1\)"):
         GRIDS.check(read_grid(tmp_path / "bad.npy"), "bad.npy")
+
+
+def test_empty_grids_are_refused() -> None:
+    with pytest.raises(VolumeError, match=r"zero.vdb: grid 'density' is empty; a density needs a voxel above 0"):
+        GRIDS.check(grid_of(np.zeros(SHAPE, np.float16)), "zero.vdb")
+
+
+@pytest.mark.parametrize(
+    ("info", "message"),
+    [
+        (GridInfo("v", "vec3s", (2, 2, 2), 8), "grid 'v' holds vectors"),
+        (GridInfo("v", "float32[3]", (2, 2, 2), 8), "grid 'v' holds vectors"),
+        (GridInfo("d", "float", (0, 0, 0), 0), "grid 'd' is empty"),
+        (
+            GridInfo("d", "float", (2048, 2048, 257), 9),
+            "grid 'd' spans 2048 × 2048 × 257 voxels; 1073741824 are the most",
+        ),
+    ],
+)
+def test_what_cannot_be_a_density_is_known_before_it_is_read(info: GridInfo, message: str) -> None:
+    with pytest.raises(VolumeError, match=message.replace("(", r"\(")):
+        GRIDS.check_info(info)
+    GRIDS.check_info(GridInfo("d", "half", (2, 2, 2), 1))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from woodcock.formats import MAX_VOXELS, Grid, VolumeError
+from woodcock.formats import MAX_VOXELS, Grid, GridInfo, VolumeError
 from woodcock.scene import GridVolume
 from woodcock.space import Array, Space
 
@@ -29,12 +31,21 @@ def to_scene(volume: GridVolume, grid: Grid) -> Array:
     return np.array(volume.to_world) @ grid.index_to_world
 
 
+def check_info(info: GridInfo) -> None:
+    """Raises VolumeError for a grid that cannot be a density by what its file says of it."""
+    if info.type.startswith("vec") or info.type.endswith("[3]"):
+        raise VolumeError(f"grid {info.name!r} holds vectors; a density is a scalar grid")
+    if info.voxels == 0:
+        raise VolumeError(f"grid {info.name!r} is empty; a density needs a voxel above 0")
+    if math.prod(info.shape) > MAX_VOXELS:
+        size = " × ".join(map(str, info.shape))
+        raise VolumeError(f"grid {info.name!r} spans {size} voxels; {MAX_VOXELS} are the most")
+
+
 def check(grid: Grid, file: str) -> float:
-    """The largest density. Raises VolumeError for densities that are not finite or negative, and grids too large."""
+    """The largest density. Raises VolumeError for densities that are negative, not finite, or nowhere above 0."""
     if grid.values.ndim != 3:
         raise VolumeError(f"{file}: grid {grid.name!r} holds vectors; a density is a scalar grid")
-    if grid.values.size > MAX_VOXELS:
-        raise VolumeError(f"{file}: grid {grid.name!r} has {grid.values.size} voxels; {MAX_VOXELS} are the most")
     low, high = float(grid.values.min()), float(grid.values.max())
     if not (np.isfinite(low) and np.isfinite(high)):
         raise VolumeError(
@@ -44,6 +55,8 @@ def check(grid: Grid, file: str) -> float:
         raise VolumeError(
             f"{file}: grid {grid.name!r} holds negative densities, down to {low:g}{_where(grid.values == low)}"
         )
+    if high == 0:
+        raise VolumeError(f"{file}: grid {grid.name!r} is empty; a density needs a voxel above 0")
     return high
 
 

@@ -11,9 +11,10 @@ from anyio import to_thread
 from sqlalchemy import Engine, RowMapping
 from sqlalchemy.exc import IntegrityError
 
-from woodcock.formats import VolumeError, list_grids
+from woodcock.formats import GridInfo, VolumeError, list_grids
 from woodcock.formats.grid import choose
 from woodcock.scene import GridVolume, Scene
+from woodcock.volume.grid import check_info
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.storage import Storage, Upload
 from woodcock_server.volumes import repository
@@ -64,7 +65,7 @@ def _grids(upload: Upload, name: str) -> list[dict[str, Any]]:
 
 
 def check_scene(engine: Engine, scene: Scene) -> None:
-    """Raises InvalidRequest that names each volume of a scene that was not uploaded or lacks the grid asked for."""
+    """Raises InvalidRequest that names each volume of a scene that was not uploaded or lacks a density to render."""
     faults = []
     with engine.connect() as connection:
         for position, volume in enumerate(scene.volumes):
@@ -75,9 +76,10 @@ def check_scene(engine: Engine, scene: Scene) -> None:
                     message = "must be the id (sha256:…) of a volume that was uploaded to /api/v1/volumes"
                     faults.append(Fault(field=f"{where}.file", message=message))
                     continue
+                grids = [GridInfo(**grid) for grid in row["grids"]]
                 try:
-                    choose([grid["name"] for grid in row["grids"]], volume.grid)
+                    check_info(grids[choose([grid.name for grid in grids], volume.grid)])
                 except VolumeError as error:
                     faults.append(Fault(field=f"{where}.grid", message=f"{row['name']} {error}"))
     if faults:
-        raise InvalidRequest("The scene names volumes that are not there.", *faults)
+        raise InvalidRequest("The scene names volumes that cannot be rendered.", *faults)

@@ -33,7 +33,9 @@ def write_exr(path: Path, film: Film, header: Mapping[str, str]) -> None:
     for name, value in header.items():
         spec.attribute(f"woodcock:{name}", value)
     pixels = np.concatenate([film.mean, film.variance(), film.count[..., None]], axis=-1)
-    _write(path, spec, pixels.astype(np.float32))
+    # A variance that float32 cannot hold becomes infinite, never a wrong number.
+    with np.errstate(over="ignore"):
+        _write(path, spec, pixels.astype(np.float32))
 
 
 def write_preview(path: Path, film: Film, size: int | None = None) -> None:

@@ -48,8 +48,9 @@ def _one_or_three(bound: str) -> WrapValidator:
     return WrapValidator(check)
 
 
-#: A spectrum: one number for a grey scene, three (red, green, blue) for a coloured one.
-Radiance = Annotated[NonNegative | tuple[NonNegative, NonNegative, NonNegative], _one_or_three("0 or more")]
+# Spectra: one number in a grey scene, three (red, green, blue) in a coloured one.
+Power = Annotated[Number, Field(ge=0, le=1e30)]  # ends where a picture of float32 would
+Radiance = Annotated[Power | tuple[Power, Power, Power], _one_or_three("from 0 to 1e30")]
 Albedo = Annotated[Fraction | tuple[Fraction, Fraction, Fraction], _one_or_three("from 0 to 1")]
 
 MAX_PIXELS = 1 << 26

@@ -41,6 +41,14 @@ def test_a_torn_exr_is_an_image_error(tmp_path: Path, kept: int) -> None:
         read_exr(path)
 
 
+def test_a_variance_beyond_float32_is_infinite(tmp_path: Path) -> None:
+    huge = np.full((2, 2, 1), 1e30)
+    write_exr(tmp_path / "out.exr", Film(np.full((2, 2), 4, np.uint32), huge, huge**2, ((0, 4),)), {})
+    layers, _ = read_exr(tmp_path / "out.exr")
+    assert np.isinf(layers["variance.Y"]).all()
+    assert np.array_equal(layers["Y"], np.full((2, 2), np.float32(1e30)))
+
+
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         write_exr(tmp_path / "none" / "out.exr", film(1), {})

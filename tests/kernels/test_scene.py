@@ -82,7 +82,12 @@ def changed(path: str, value: Any) -> str:
         ("volumes.0", CONSTANT | {"sigma_t": -2}, "volumes[0].sigma_t: input should be greater than or equal to 0"),
         ("volumes.0", CONSTANT | {"max": [1, 0, 1]}, "volumes[0]: max must exceed min along y (min 0, max 0)"),
         ("lights.1.direction", [0, 0, 0], "lights[1]: direction must not be zero"),
-        ("lights.0.radiance", -1, "lights[0].radiance: must be one number or three (red, green, blue), each 0 or more"),
+        ("lights.0.radiance", -1, "lights[0].radiance: must be one number or three (red, green, blue), each from 0 to"),
+        (
+            "lights.0.radiance",
+            1e31,
+            "lights[0].radiance: must be one number or three (red, green, blue), each from 0 to",
+        ),
         ("film.width", 0, "film.width: input should be greater than or equal to 1 (got 0)"),
         ("film.width", 2.5, "film.width: input should be a valid integer"),
         ("film", {"width": 65536, "height": 65536}, "film: width × height must not exceed"),

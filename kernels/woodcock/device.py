@@ -140,7 +140,7 @@ def check_toolchain(device: Device) -> None:
     if "Portable Computing Language" not in device.platform:
         return
     if not shutil.which("ld"):
-        raise DeviceError("PoCL needs a linker and found no `ld`: apt install gcc (or binutils and libgcc-12-dev)")
+        raise DeviceError("PoCL needs a linker and found no `ld`: apt install gcc libc6-dev")
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,9 @@ TIMEOUT_SECONDS = 30
 #: takes it for the one before, while PoCL picks its builtins by the AVX-512 flag; a program of both dies after minutes.
 MISTAKEN_AVX512 = re.compile(r"-znver[123]\b|-(haswell|broadwell|skylake|alderlake|x86-64(-v[123])?)$")
 
+#: What PoCL says before it aborts on a machine with a linker but without a compiler's or the C library's files.
+UNLINKED = re.compile(r"cannot find -l(\w+)")
+
 
 @dataclass(frozen=True)
 class Probe:
@@ -75,6 +78,8 @@ def _fault(device: Device, lanes: int) -> str | None:
         return f"the check of {lanes} lanes did not end within {TIMEOUT_SECONDS} s"
     if done.returncode == 0:
         return None
+    if missing := UNLINKED.search(done.stderr):
+        return f"PoCL cannot link kernels, for `ld` does not find lib{missing[1]}: apt install gcc libc6-dev"
     said = [line for line in done.stderr.splitlines() if line.strip()]
     return f"the check of {lanes} lanes failed (exit {done.returncode}): {said[-1] if said else 'no message'}"
 

@@ -81,6 +81,21 @@ def test_without_a_linker_the_sentence_says_what_to_install(tmp_path: Path) -> N
     assert "apt install" in done.stdout
 
 
+def test_without_the_libraries_to_link_with(tmp_path: Path) -> None:
+    """A linker that says what the real one does then; PoCL aborts its process."""
+    linker = tmp_path / "ld"
+    linker.write_text("#!/bin/sh\necho '/usr/bin/ld: cannot find -lgcc: No such file or directory' >&2\nexit 1\n")
+    linker.chmod(0o755)
+    done = python(
+        "from woodcock.probe import *; print(probe(find()).fault)",
+        PATH=f"{tmp_path}:{os.environ['PATH']}",
+        XDG_CACHE_HOME=str(tmp_path),
+        POCL_CACHE_DIR=str(tmp_path),
+    )
+    sentence = "PoCL cannot link kernels, for `ld` does not find libgcc: apt install gcc libc6-dev"
+    assert done.stdout.strip().endswith(sentence)
+
+
 def test_without_a_platform_the_sentence_says_what_to_install(tmp_path: Path) -> None:
     done = python(
         "import pyopencl as cl; cl.get_platforms = lambda: []\n"

@@ -46,7 +46,10 @@ def write_preview(path: Path, film: Film, size: int | None = None) -> None:
         roi = oiio.ROI(0, max(1, round(film.width * scale)), 0, max(1, round(film.height * scale)), 0, 1, 0, 3)
         encoded = oiio.ImageBufAlgo.resize(encoded, "", 0, roi=roi)
     pixels = np.asarray(encoded.get_pixels(oiio.FLOAT))
-    _write(path, oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8), pixels)
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8)
+    # Written every second of a render: much faster than the default, for little more size.
+    spec.attribute("png:compressionLevel", 1)
+    _write(path, spec, pixels)
 
 
 def tone_map(radiance: NDArray[np.float64]) -> NDArray[np.float64]:

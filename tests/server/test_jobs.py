@@ -49,7 +49,7 @@ def test_a_job_says_what_it_is_and_how_far(client: TestClient, make_scene: Make)
     ("change", "field", "says"),
     [
         ({"film": {"width": 0, "height": 4}}, "scene.film.width", "greater than or equal to 1"),
-        ({"lights": [{"kind": "constant", "radiance": -1}]}, "scene.lights[0].radiance", "0 or more"),
+        ({"lights": [{"kind": "constant", "radiance": -1}]}, "scene.lights[0].radiance", "from 0 to 1e30"),
         ({"lights": [{"kind": "lamp"}]}, "scene.lights[0]", "unknown kind"),
         ({"stop": {"kind": "samples", "samples": 1.5}}, "scene.stop.samples", "integer"),
         ({"volumes": []}, "scene.volumes", "exactly 1"),

@@ -308,23 +308,27 @@ def volume_files(scene: Scene) -> tuple[str, ...]:
 
 def explain(errors: Sequence[Mapping[str, Any]]) -> str:
     """Pydantic's errors as text, a line each: `field: what is wrong (got value)`."""
-    lines = []
-    for error in errors:
-        match error["type"]:
-            case "extra_forbidden":
-                message = "is not a key of a scene"
-            case "missing":
-                message = "is required"
-            case "union_tag_not_found":
-                message = "needs a `kind`"
-            case "union_tag_invalid":
-                message = f"unknown kind; known are {error['ctx']['expected_tags']}"
-            case _:
-                message = error["msg"].removeprefix("Value error, ")
-        got = error["input"]
-        shown = f" (got {json.dumps(got)})" if isinstance(got, int | float | str) else ""
-        lines.append(f"{field_path(error['loc']) or 'scene'}: {message[:1].lower()}{message[1:]}{shown}")
-    return "\n".join(lines)
+    return "\n".join(f"{field_path(error['loc']) or 'scene'}: {fault(error)}" for error in errors)
+
+
+def fault(error: Mapping[str, Any]) -> str:
+    """What one of pydantic's errors says is wrong, without the field: `what is wrong (got value)`."""
+    match error["type"]:
+        case "extra_forbidden":
+            message = "is not a known key"
+        case "missing":
+            message = "is required"
+        case "union_tag_not_found":
+            message = "needs a `kind`"
+        case "union_tag_invalid":
+            message = f"unknown kind; known are {error['ctx']['expected_tags']}"
+        case _:
+            message = error["msg"].removeprefix("Value error, ")
+    got = error["input"]
+    shown = json.dumps(got) if isinstance(got, int | float | str) and error["type"] != "json_invalid" else ""
+    if shown:
+        message += f" (got {shown if len(shown) <= 60 else shown[:60] + '…'})"
+    return f"{message[:1].lower()}{message[1:]}"
 
 
 def field_path(loc: Sequence[int | str]) -> str:

@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from woodcock.scene import explain, field_path
+from woodcock.scene import fault, field_path
 
 log = structlog.get_logger()
 
@@ -92,9 +92,7 @@ def _fault(error: dict[str, Any]) -> Fault:
     if where == "body" and not loc:
         return Fault(field="body", message="must be a JSON object, sent as application/json")
     # The scene's own wording, which names the field as the scene is written.
-    field = field_path(loc)
-    line = explain([{**error, "loc": loc}]).replace("is not a key of a scene", "is not a known key")
-    return Fault(field=field, message=line.removeprefix(f"{field}: "))
+    return Fault(field=field_path(loc), message=fault(error))
 
 
 class BodyLimit:

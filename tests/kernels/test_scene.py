@@ -54,7 +54,7 @@ def changed(path: str, value: Any) -> str:
         ("camera.origin", [0, 0], "camera.origin[2]: is required"),
         ("camera.target", [0, 0, 5], "camera: target must differ from origin"),
         ("camera.up", [0, 0, 2], "camera: up must not be zero or parallel to the view direction"),
-        ("camera.zoom", 2, "camera.zoom: is not a key of a scene (got 2)"),
+        ("camera.zoom", 2, "camera.zoom: is not a known key (got 2)"),
         ("volumes", [], "volumes: must hold exactly 1, not 0"),
         ("volumes.0.scale", -1, "volumes[0].scale: input should be greater than or equal to 0 (got -1)"),
         ("volumes.0.scale", NAN, "volumes[0].scale: input should be a finite number (got NaN)"),

@@ -171,7 +171,7 @@ def test_a_scene_that_is_no_longer_understood_fails_its_job_alone(service: Servi
     service.wait(after, succeeded)
     items = service.http.get("/api/v1/jobs").json()["items"]
     job = next(job for job in items if job["id"] == job_id)
-    assert (job["state"], job["error"]) == ("failed", "fog: is not a key of a scene (got 1)")
+    assert (job["state"], job["error"]) == ("failed", "fog: is not a known key (got 1)")
 
 
 def test_a_worker_that_is_killed_costs_no_sample(

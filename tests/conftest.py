@@ -33,6 +33,13 @@ def device() -> Device:
     return find()
 
 
+@pytest.fixture
+def pocl(device: Device) -> None:
+    """For tests of what only PoCL does."""
+    if "Portable Computing Language" not in device.platform:
+        pytest.skip(f"the first device is of {device.platform}; this is a test of PoCL: pip install 'woodcock[pocl]'")
+
+
 @pytest.fixture(scope="session")
 def context(device: Device) -> Context:
     return Context.on(device)

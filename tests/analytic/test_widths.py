@@ -55,6 +55,7 @@ def test_widths_are_probed() -> None:
     assert set(widths) <= set(WIDTHS)
 
 
+@pytest.mark.usefixtures("pocl")
 def test_same_picture_on_two_devices(cloud: dict[str, Any], tmp_path: Path) -> None:
     """Two of PoCL's drivers, which it shows as two devices."""
     from tests.conftest import described

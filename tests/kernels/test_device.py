@@ -73,6 +73,7 @@ def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.usefixtures("pocl")
 def test_without_a_linker_the_sentence_says_what_to_install(tmp_path: Path) -> None:
     """PoCL would take the process with it."""
     done = python("from woodcock.probe import *; print(probe(find()).fault)", PATH=str(tmp_path))
@@ -81,6 +82,7 @@ def test_without_a_linker_the_sentence_says_what_to_install(tmp_path: Path) -> N
     assert "apt install" in done.stdout
 
 
+@pytest.mark.usefixtures("pocl")
 def test_without_the_libraries_to_link_with(tmp_path: Path) -> None:
     """A linker that says what the real one does then; PoCL aborts its process."""
     linker = tmp_path / "ld"

@@ -68,7 +68,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         words v = rng_next(&p.random, collide | leave | scatter);
         p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
         mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
-        mask dead = faint & (test((v.x & 1u) == 0u) | test(spectrum_max(p.throughput) <= 0.f));
+        mask dead = faint & (test(unit(v.x) < 0.5f) | test(spectrum_max(p.throughput) <= 0.f));
         p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
         p.origin = vector_pick(p.origin, at, collide);
         scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));

@@ -30,10 +30,15 @@ PREFIXES = {
     "majorant": ("majorant_{}_",),
     "phase": ("phase_{}_",),
     "light": ("light_{}_",),
+    "filter": ("filter_{}_",),
     "tracking": ("free_flight_{}_", "transmittance_{}_"),
 }
-#: Files beside the kinds that are none: how the cameras stand, and how a grid's voxels are stored.
-SHARED = {"camera": re.compile(r"pose\.py"), "volume": re.compile(r"grid_(float|half|uint8)\.h")}
+#: Files beside the kinds that are none: how cameras stand, how a grid's voxels are stored, what phase functions share.
+SHARED = {
+    "camera": re.compile(r"pose\.py"),
+    "volume": re.compile(r"grid_(float|half|uint8)\.h"),
+    "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
+}
 KINDS = [
     (concept, kind)
     for concept in PREFIXES

@@ -15,7 +15,7 @@ from urllib.parse import quote
 import httpx2
 from pydantic import BaseModel, ValidationError
 
-from woodcock.scene import Scene, SceneError, volume_files, with_volume_files
+from woodcock.scene import Scene, SceneError, files, with_files
 from woodcock_client.download import replacing
 from woodcock_client.models import Device, DeviceList, FieldError, Job, JobPage, JobSummary, Problem, State, Volume
 
@@ -80,8 +80,8 @@ class Client:
 
         Returns once the service has committed the job. Raises SceneError if a volume file cannot be read.
         """
-        uploaded = {file: self._upload_for(file) for file in volume_files(scene) if not file.startswith("sha256:")}
-        scene = with_volume_files(scene, lambda file: uploaded.get(file, file))
+        uploaded = {file: self._upload_for(file) for file in files(scene) if not file.startswith("sha256:")}
+        scene = with_files(scene, lambda file: uploaded.get(file, file))
         response = self._request("POST", "/api/v1/jobs", json={"scene": scene.model_dump(mode="json"), "name": name})
         return self._read(Job, response)
 

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from woodcock.denoise import DenoiseError, require
 from woodcock.device import DeviceError, find
 from woodcock.device import devices as list_devices
 from woodcock.files import replacing
@@ -40,8 +41,9 @@ def render(
       woodcock render cloud.json -o cloud.exr
       woodcock render cloud.json -o cloud.exr --device gpu0
 
-    Writes the picture, with layers for the variance of every pixel and the number of its samples, and a report
-    beside it (OUT.report.json). Exit codes: 0 done, 1 the render failed, 2 bad usage or a bad scene, 130 interrupted.
+    Writes the picture, with the layers that the scene asks for, the variance of every pixel and the number of its
+    samples, and a report beside it (OUT.report.json). Exit codes: 0 done, 1 the render failed, 2 bad usage or a bad
+    scene, 130 interrupted.
     """
     if output.suffix != ".exr":
         _fail(f"-o {output}: the name must end in .exr", BAD_INPUT)
@@ -49,17 +51,19 @@ def render(
         _fail(f"-o {output}: {output.parent} is not a folder", BAD_INPUT)
     try:
         described = load(scene)
+        if described.denoise:
+            require()
         renderer = Renderer(described, find(device))
         film, series, seconds = _to_the_end(renderer, described)
         use: Use = {**renderer.facts(), "samples": film.samples, "render_seconds": seconds}
         began = time.perf_counter()
-        write_exr(output, film, header(described, film, [use]))
+        write_exr(output, film, header(described, film, [use]), described.denoise)
         report = build(film, [use], series, seconds, time.perf_counter() - began)
         with replacing(output.with_suffix(".report.json")) as temporary:
             temporary.write_text(json.dumps(report, indent=2) + "\n")
     except (SceneError, VolumeError) as error:
         _fail(str(error), BAD_INPUT)
-    except (DeviceError, ImageError) as error:
+    except (DeviceError, ImageError, DenoiseError) as error:
         _fail(str(error), FAILED)
     typer.echo(f"{output}\n{output.with_suffix('.report.json')}")
 
@@ -87,7 +91,7 @@ def schema() -> None:
 def _to_the_end(renderer: Renderer, scene: Scene) -> tuple[Film, list[Point], float]:
     """Renders range after range until the scene's contract is met; the film, the error series, the seconds it took."""
     stop, pace, series = scene.stop, Pace(), list[Point]()
-    film = Film.empty(scene.film.width, scene.film.height, renderer.channels)
+    film = Film.empty(scene.film.width, scene.film.height, renderer.names)
     columns = (BarColumn(), TextColumn("{task.fields[facts]}"), TimeElapsedColumn())
     began = time.perf_counter()
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:

@@ -170,7 +170,10 @@ class Context:
                 raise DeviceError(f"{self.device.id} ({self.device.name}) cannot build the program: {error}") from None
 
     def upload(self, array: Any) -> Any:
-        """A read-only buffer. Raises DeviceError for one that is larger than the device takes."""
+        """A read-only buffer of an array, or of the pieces that make one, each copied as it comes.
+
+        Raises DeviceError for one that is larger than the device takes.
+        """
         cl = opencl()
         if array.nbytes > self.device.max_allocation:
             raise DeviceError(
@@ -178,7 +181,13 @@ class Context:
                 f"the volume needs {array.nbytes >> 20} MiB"
             )
         flags = cl.mem_flags
-        return cl.Buffer(self.context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=array)
+        if not hasattr(array, "pieces"):
+            return cl.Buffer(self.context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=array)
+        buffer, offset = cl.Buffer(self.context, flags.READ_ONLY, array.nbytes), 0
+        for piece in array.pieces():
+            cl.enqueue_copy(self.queue, buffer, piece, dst_offset=offset)
+            offset += piece.nbytes
+        return buffer
 
     def output(self, array: Any) -> Any:
         """A buffer that starts as a copy of the array: fresh device memory holds old data."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from woodcock.device import Context
 from woodcock.program import OPTIONS, flatten
 
-_LANES = {"f4": "real", "u4": "word"}
-_SCALARS = {"f4": "float", "u4": "uint", "u2": "ushort", "u1": "uchar"}
+_LANES = {"f4": "real", "u4": "word", "f8": "real", "u8": "word"}
+_SCALARS = {"f8": "double", "u8": "ulong", "f4": "float", "i4": "int", "u4": "uint", "u2": "ushort", "u1": "uchar"}
 
 
 def evaluate(
@@ -26,12 +26,15 @@ def evaluate(
     parts: Sequence[str] = (),
     buffers: Mapping[str, NDArray[np.generic]] | None = None,
     body: str = "",
-) -> NDArray[np.float32]:
+) -> NDArray[np.floating]:
     """The expressions' values, float32 (expressions, n), for inputs of float32 or uint32 (n,), each by its name.
+
+    Inputs of float64 or uint64 ask for lanes of doubles, and so are the values.
 
     parts: what `flatten` puts before; buffers: arrays that the expressions see whole; body: statements before them.
     """
     count = len(next(iter(inputs.values())))
+    precise = any(array.dtype.itemsize == 8 for array in inputs.values())
     padded = -(-count // lanes) * lanes
     arrays = {f"{name}_": np.pad(array, (0, padded - count), mode="edge") for name, array in inputs.items()}
     arrays |= buffers or {}
@@ -44,13 +47,14 @@ def evaluate(
         for index, expression in enumerate(expressions)
     )
     text = f"""
-__kernel void evaluate({parameters}__global float *result_) {{
+__kernel void evaluate({parameters}__global number *result_) {{
     const size_t i = get_global_id(0) * LANES;
 {loads}{body}
 {stores}}}
 """
-    kernel = context.build(flatten([f"core/lanes_{lanes}.h", *parts, text]), OPTIONS, "evaluate")
-    result = np.zeros((len(expressions), padded), np.float32)
+    header = f"core/lanes_{lanes}_double.h" if precise else f"core/lanes_{lanes}.h"
+    kernel = context.build(flatten([header, *parts, text]), OPTIONS, "evaluate")
+    result = np.zeros((len(expressions), padded), np.float64 if precise else np.float32)
     out = context.output(result)
     uploads = [context.upload(np.ascontiguousarray(array)) for array in arrays.values()]
     kernel(context.queue, (padded // lanes,), None, *uploads, out)

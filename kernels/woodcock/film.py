@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,23 +24,27 @@ class FilmError(ValueError):
 
 @dataclass(frozen=True)
 class Film:
-    """count: uint32 (height, width); mean, m2: float64 (height, width, channels), M2 the sum of squared deviations.
+    """count: uint32 (height, width); mean, m2: float64 (height, width, names), M2 the sum of squared deviations.
 
+    names: channels as an EXR has them, `layers.layer_names`; those of the beauty come first and have no dot.
     ranges: the samples [start, stop) that it holds, sorted and disjoint; rejected: samples that were NaN, infinite or
     negative and count as zero; violations: tentative collisions where the density exceeded the majorant.
+    bound: of an integrator without random numbers, (height, width, channels), how far the beauty may be off.
     """
 
     count: NDArray[np.uint32]
     mean: Array
     m2: Array
+    names: tuple[str, ...]
     ranges: Ranges = ()
     rejected: int = 0
     violations: int = 0
+    bound: Array | None = None
 
     @classmethod
-    def empty(cls, width: int, height: int, channels: int) -> Film:
-        zeros = np.zeros((height, width, channels))
-        return cls(np.zeros((height, width), np.uint32), zeros, zeros)
+    def empty(cls, width: int, height: int, names: tuple[str, ...]) -> Film:
+        zeros = np.zeros((height, width, len(names)))
+        return cls(np.zeros((height, width), np.uint32), zeros, zeros, names)
 
     @property
     def height(self) -> int:
@@ -51,17 +56,38 @@ class Film:
 
     @property
     def channels(self) -> int:
-        return int(self.mean.shape[2])
+        """Of the beauty: 1 or 3."""
+        return sum("." not in name for name in self.names)
 
     @property
     def samples(self) -> int:
         """Samples per pixel."""
         return sum(stop - start for start, stop in self.ranges)
 
+    @property
+    def deterministic(self) -> bool:
+        """Without noise: its values have a bound in place of a variance."""
+        return self.bound is not None
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """Names of its layers in order; the beauty's is empty."""
+        return tuple(dict.fromkeys(name.rpartition(".")[0] for name in self.names))
+
+    def layer(self, layer: str) -> Film:
+        """One layer as a picture of its own, such as `order.rest`; the beauty is the layer without a name."""
+        parts = [name.rpartition(".") for name in self.names]
+        at = [index for index, part in enumerate(parts) if part[0] == layer]
+        chosen = slice(at[0], at[-1] + 1)  # the channels of a layer are neighbours: no copy
+        names = tuple(name for _, _, name in parts[chosen])
+        bound = None if layer else self.bound
+        return replace(self, mean=self.mean[..., chosen], m2=self.m2[..., chosen], names=names, bound=bound)
+
     def merge(self, other: Film) -> Film:
         """Both films' samples: Chan, Golub & LeVeque (1979). Raises FilmError if a sample would count twice."""
-        if self.mean.shape != other.mean.shape:
-            raise FilmError(f"films of {self.mean.shape} and {other.mean.shape} cannot be merged")
+        for mine, its in ((self.mean.shape, other.mean.shape), (self.names, other.names)):
+            if mine != its:
+                raise FilmError(f"films of {mine} and {its} cannot be merged")
         ranges = join(self.ranges, other.ranges)
         total = self.count + other.count
         share = np.divide(other.count, total, out=np.zeros(total.shape), where=total > 0)[..., None]
@@ -70,30 +96,68 @@ class Film:
             total,
             self.mean + delta * share,
             self.m2 + other.m2 + delta**2 * (share * self.count[..., None]),
+            self.names,
             ranges,
             self.rejected + other.rejected,
             self.violations + other.violations,
+            self._bound_with(other, share),
         )
 
+    def _bound_with(self, other: Film, share: Array) -> Array | None:
+        """A mean is off by no more than the mean of the bounds."""
+        if not (self.samples and other.samples):
+            return self.bound if self.samples else other.bound
+        if self.bound is None and other.bound is None:
+            return None
+        if self.bound is None or other.bound is None:
+            raise FilmError("a film with an error bound and one without cannot be merged")
+        return self.bound * (1 - share) + other.bound * share
+
     def variance(self) -> Array:
-        """Estimated variance of each pixel's mean, (height, width, channels); NaN for fewer than 2 samples."""
+        """Estimated variance of each pixel's mean, (height, width, names); NaN for fewer than 2 samples.
+
+        0 without noise: there M2 is how values differ over a pixel, which is no error.
+        """
+        if self.deterministic:
+            return np.zeros(self.m2.shape)
         n = self.count[..., None].astype(np.float64)
         unknown = np.full(self.m2.shape, np.nan)
         return np.asarray(np.divide(self.m2, n * (n - 1), out=unknown, where=n > 1))
 
     def rmse(self) -> float:
-        """Estimated root mean square error of a pixel, its channels weighted by luminance; NaN if unknown."""
-        return float(np.sqrt(np.mean(self.variance() @ weights(self.channels))))
+        """Root mean square error of a pixel of the beauty, its channels weighted by luminance; NaN if unknown.
+
+        Estimated from the samples; without noise, at most this, from the bound.
+        """
+        squares = self.layer("").variance() if self.bound is None else self.bound**2
+        return float(np.sqrt(np.mean(squares @ weights(self.channels))))
 
     def mean_luminance(self) -> float:
-        return float(np.mean(self.mean @ weights(self.channels)))
+        """Of the beauty, over all pixels."""
+        return float(np.mean(self.layer("").mean @ weights(self.channels)))
+
+    def mean_luminance_error(self) -> float:
+        """Estimated standard error of the mean luminance; NaN if unknown.
+
+        Channels of a pixel share their paths, so that their errors add: at most this.
+        """
+        deviation = np.sqrt(self.layer("").variance()) @ weights(self.channels)
+        return float(np.sqrt(np.sum(deviation**2)) / deviation.size)
 
     def save(self, path: Path) -> None:
         """Writes an .npz, whole or not at all."""
         facts = np.array([self.rejected, self.violations], np.uint64)
         spans = np.array(self.ranges, np.uint64).reshape(-1, 2)
+        arrays: dict[str, Any] = {
+            "count": self.count,
+            "mean": self.mean,
+            "m2": self.m2,
+            "ranges": spans,
+            "facts": facts,
+        }
+        arrays |= {"names": np.array(self.names)} | ({} if self.bound is None else {"bound": self.bound})
         with replacing(path) as temporary, temporary.open("wb") as file:
-            np.savez(file, count=self.count, mean=self.mean, m2=self.m2, ranges=spans, facts=facts)
+            np.savez(file, **arrays)
 
     @classmethod
     def load(cls, path: Path) -> Film:
@@ -102,7 +166,9 @@ class Film:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 ranges = tuple((int(start), int(stop)) for start, stop in stored["ranges"])
                 rejected, violations = (int(fact) for fact in stored["facts"])
-                return cls(stored["count"], stored["mean"], stored["m2"], ranges, rejected, violations)
+                names = tuple(str(name) for name in stored["names"])
+                bound = stored.get("bound", None)
+                return cls(stored["count"], stored["mean"], stored["m2"], names, ranges, rejected, violations, bound)
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise FilmError(f"{path}: not a film ({error})") from None
 

@@ -4,43 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
 from numpy.typing import NDArray
 
+from woodcock import denoise as denoiser
 from woodcock.files import replacing
 from woodcock.film import Film
+from woodcock.layers import is_radiance
 
 
 class ImageError(RuntimeError):
     """A picture that could not be written or read."""
 
 
-def layers(channels: int) -> list[str]:
-    """The EXR's channel names: beauty, variance of the mean, sample count."""
-    beauty = ["R", "G", "B"] if channels == 3 else ["Y"]
-    return [*beauty, *(f"variance.{name}" for name in beauty), "samples.count"]
+def denoised(film: Film) -> NDArray[np.float32]:
+    """The beauty without its noise, (height, width, channels), with the help of the film's albedo and normals, if any.
+
+    Raises DenoiseError.
+    """
+    guides = {
+        layer: film.layer(layer).mean.astype(np.float32) for layer in ("albedo", "normal") if layer in film.layers
+    }
+    return denoiser.denoise(film.layer("").mean.astype(np.float32), **guides)
 
 
-def write_exr(path: Path, film: Film, header: Mapping[str, str]) -> None:
-    """Writes beauty, variance of the mean and sample count, float32, ZIP; `header` becomes `woodcock:…`."""
-    names = layers(film.channels)
-    spec = oiio.ImageSpec(film.width, film.height, len(names), oiio.FLOAT)
-    spec.channelnames = tuple(names)
+def write_exr(path: Path, film: Film, header: Mapping[str, str], denoise: bool = False) -> None:
+    """Writes float32, ZIP: every channel of the film, `variance.…` of those that are radiance, `samples.count`;
+    `bound.…` of a film that has one, and `denoised.…` if asked for.
+
+    header: becomes `woodcock:…`. Raises ImageError, and DenoiseError.
+    """
+    beauty, variance = film.names[: film.channels], film.variance()
+    layers: dict[str, NDArray[Any]] = {name: film.mean[..., index] for index, name in enumerate(film.names)}
+    layers |= {f"variance.{name}": variance[..., i] for i, name in enumerate(film.names) if is_radiance(name)}
+    for layer, pixels in (("bound", film.bound), ("denoised", denoised(film) if denoise else None)):
+        if pixels is not None:
+            layers |= {f"{layer}.{name}": pixels[..., index] for index, name in enumerate(beauty)}
+    layers["samples.count"] = film.count
+    spec = oiio.ImageSpec(film.width, film.height, len(layers), oiio.FLOAT)
+    spec.channelnames = tuple(layers)
     spec.attribute("compression", "zip")
     spec.attribute("oiio:ColorSpace", "lin_rec709")
     for name, value in header.items():
         spec.attribute(f"woodcock:{name}", value)
-    pixels = np.concatenate([film.mean, film.variance(), film.count[..., None]], axis=-1)
     # A variance that float32 cannot hold becomes infinite, never a wrong number.
     with np.errstate(over="ignore"):
-        _write(path, spec, pixels.astype(np.float32))
+        _write(path, spec, np.stack([pixels.astype(np.float32) for pixels in layers.values()], axis=-1))
 
 
 def write_preview(path: Path, film: Film, size: int | None = None) -> None:
     """Writes a PNG of the beauty layer, its 99th percentile near white; size: longest side, pixels."""
-    encoded = oiio.ImageBuf(np.ascontiguousarray(tone_map(film.mean), np.float32))
+    encoded = oiio.ImageBuf(np.ascontiguousarray(tone_map(film.layer("").mean), np.float32))
     if size is not None and max(film.width, film.height) > size:
         scale = size / max(film.width, film.height)
         roi = oiio.ROI(0, max(1, round(film.width * scale)), 0, max(1, round(film.height * scale)), 0, 1, 0, 3)

@@ -1,4 +1,5 @@
-"""Scene -> the kinds it uses, one constant record, the C structs that match it, and the buffers it needs.
+"""Scene -> the kinds it uses, one constant record, the C structs that match it, the buffers it needs, and the parts of
+the program made for it. Each integrator lays its scenes out itself: `integrator/<name>.py` beside `<name>.cl`.
 
 Kinds compile, numbers upload: two scenes that differ in numbers only have the same structs. Every member of a struct is
 four bytes wide, so that C and numpy agree on offsets without padding; a test asks each device.
@@ -7,22 +8,31 @@ four bytes wide, so that C and numpy agree on offsets without padding; a test as
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
-from woodcock.scene import ConstantVolume, GridVolume, Scene, Volume
-from woodcock.space import Array, Space
+from woodcock.scene import BlackbodyEmission
+from woodcock.space import Space
 
 if TYPE_CHECKING:
     from woodcock.formats import Grid
+    from woodcock.volume.field import Buffer
 
 #: Members of a C type, all of four bytes; a colour has as many as the scene has channels.
 WIDTHS = {"float": 1, "int": 1, "uint": 1, "vector3": 3, "affine": 12}
+#: C types of buffers' elements.
+ELEMENTS = {"f4": "float", "i4": "int", "u4": "uint", "u2": "ushort", "u1": "uchar"}
+
+#: Reads a grid: file, and name or None.
+Read = Callable[[str, str | None], "Grid"]
+Kinds = dict[str, tuple[str, ...]]
+Buffers = Mapping[str, "NDArray[np.generic] | Buffer"]
 
 
 def module(concept: str, kind: str) -> ModuleType:
@@ -47,13 +57,22 @@ class Record:
 
 @dataclass(frozen=True)
 class Layout:
-    """What a scene needs on the device: kinds by concept, structs, numbers and buffers."""
+    """What a scene needs on the device.
 
-    kinds: dict[str, tuple[str, ...]]
+    kinds: by concept; names: of the film's channels; parts: what `flatten` joins after lanes, vectors, spectra and
+    structs, with `struct world` and the entry coming from `program.py`; facts: what the report says beside.
+    """
+
+    integrator: str
+    kinds: Kinds
     channels: int
+    names: tuple[str, ...]
     records: tuple[Record, ...]
-    buffers: dict[str, NDArray[np.generic]]
+    buffers: Buffers
     space: Space
+    before_world: tuple[str, ...]
+    after_world: tuple[str, ...]
+    facts: dict[str, Any] = field(default_factory=dict)
 
     def structs(self) -> str:
         """The C text of every struct and of `struct scene`, which holds one member a record."""
@@ -91,81 +110,39 @@ def _words(value: Any, ctype: str, channels: int) -> NDArray[np.uint32]:
     return flat.astype(np.float32).view(np.uint32)
 
 
-class _Medium(NamedTuple):
-    """A volume, read: size, its extent in local space; bound, on σ_t; record, its numbers in a space."""
-
-    kinds: dict[str, tuple[str, ...]]
-    to_scene: Array
-    size: tuple[int, ...]
-    bound: float
-    record: Callable[[Space], dict[str, Any]]
-    buffers: dict[str, NDArray[np.generic]]
-
-    def corners(self) -> Array:
-        """(8, 3), in the scene."""
-        corners = np.array(list(np.ndindex(2, 2, 2))) * np.array(self.size)
-        return np.asarray(corners @ self.to_scene[:3, :3].T + self.to_scene[:3, 3])
-
-
-def _medium(volume: Volume, read: Callable[[GridVolume], Grid]) -> _Medium:
-    kind = module("volume", volume.kind)
-    if isinstance(volume, ConstantVolume):
-        kinds: dict[str, tuple[str, ...]] = {
-            "volume": ("constant",),
-            "free_flight": ("analytic",),
-            "transmittance": ("exact",),
-        }
-        return _Medium(
-            kinds, kind.to_scene(volume), (1, 1, 1), volume.sigma_t, lambda space: kind.record(volume, space), {}
-        )
-    grid = read(volume)
-    largest, storage = kind.check(grid, volume.file), kind.storage(grid.values)
-    return _Medium(
-        {"storage": (storage,), "volume": ("grid",), "free_flight": ("delta",), "transmittance": ("ratio",)},
-        kind.to_scene(volume, grid),
-        grid.values.shape[::-1],
-        volume.scale * largest,
-        lambda space: kind.record(volume, grid, largest, space),
-        {"density": kind.bricks(grid.values, storage)},
-    )
+def instances(concept: str, members: Iterable[tuple[str, Any]], space: Space) -> tuple[list[Record], dict[str, NDArray[np.generic]]]:
+    """Records of models, each under its member's name, and their kinds' buffers, shared by a kind's instances."""
+    records: list[Record] = []
+    chunks: dict[str, list[NDArray[np.generic]]] = {}
+    for member, model in members:
+        kind = module(concept, model.kind)
+        if not hasattr(kind, "BUFFERS"):
+            values = kind.record(model, space)
+        else:
+            offsets = {}
+            for name, array in kind.buffers(model).items():
+                held = chunks.setdefault(f"{concept}_{model.kind}_{name}", [])
+                offsets[name] = sum(chunk.size for chunk in held)
+                held.append(array)
+            values = kind.record(model, space, offsets)
+        records.append(Record(concept, model.kind, member, kind.FIELDS, values))
+    return records, {name: np.concatenate(arrays) for name, arrays in chunks.items()}
 
 
-def lay_out(scene: Scene, read: Callable[[GridVolume], Grid]) -> Layout:
-    """Reads the volumes by `read` and lays the scene out. Raises VolumeError."""
-    (volume,) = scene.volumes
-    medium = _medium(volume, read)
-    strongest = max((float(module("light", light.kind).strength(light).max()) for light in scene.lights), default=0.0)
-    space = Space.around(medium.corners(), strongest)
-
-    film = {"width": scene.film.width, "height": scene.film.height, "seed": scene.seed}
-    records = [Record("film", "", "film", {"width": "int", "height": "int", "seed": "uint"}, film)]
-
-    def add(concept: str, kind: str, member: str, values: dict[str, Any]) -> None:
-        records.append(Record(concept, kind, member, module(concept, kind).FIELDS, values))
-
-    camera, aspect = module("camera", scene.camera.kind), scene.film.width / scene.film.height
-    add("camera", scene.camera.kind, "camera", camera.record(scene.camera, aspect, space))
-    add("volume", volume.kind, "volume", medium.record(space))
-    add("majorant", "global", "majorant", module("majorant", "global").record(medium.bound, space))
-    add("phase", volume.phase.kind, "phase", module("phase", volume.phase.kind).record(volume.phase))
-    for index, light in enumerate(scene.lights):
-        add("light", light.kind, f"light_{index}", module("light", light.kind).record(light, space))
-
-    kinds = {
-        "integrator": ("volumetric_path",),
-        "camera": (scene.camera.kind,),
-        **medium.kinds,
-        "majorant": ("global",),
-        "phase": (volume.phase.kind,),
-        "light": tuple(dict.fromkeys(light.kind for light in scene.lights)),
-    }
-    if all(module("light", kind).ON_ESCAPE for kind in kinds["light"]):
-        del kinds["transmittance"]
-    return Layout(kinds, channels(scene), tuple(records), medium.buffers, space)
+def element(array: NDArray[np.generic] | Buffer) -> str:
+    """The C type of a buffer's elements."""
+    return ELEMENTS[array.dtype.str[1:]]
 
 
-def channels(scene: Scene) -> int:
-    """1 where every spectrum of the scene is one number, else 3."""
-    spectra = [volume.albedo for volume in scene.volumes]
-    spectra += [light.radiance if light.kind == "constant" else light.irradiance for light in scene.lights]
-    return 3 if any(isinstance(spectrum, tuple) for spectrum in spectra) else 1
+SPECTRA = ("albedo", "sigma_t", "scale", "epsilon", "radiance", "irradiance", "intensity", "reflectance", "luminance")
+
+
+def coloured(model: BaseModel) -> bool:
+    """Does any spectrum of the model, or of the models in it, have three channels by what the scene itself says?"""
+    for name, value in model:
+        parts = value if isinstance(value, tuple) and name not in SPECTRA else (value,)
+        if name in SPECTRA and isinstance(value, tuple):
+            return True
+        if any(isinstance(part, BaseModel) and coloured(part) for part in parts):
+            return True
+    return isinstance(model, BlackbodyEmission)

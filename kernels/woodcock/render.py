@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from woodcock.device import Context, Device
 from woodcock.film import Film
 from woodcock.formats import Grid, read_grid
-from woodcock.layout import lay_out
+from woodcock.layers import exponents, layer_names
+from woodcock.plan import lay_out
 from woodcock.probe import best_lanes, probe
 from woodcock.program import OPTIONS, compose
 from woodcock.report import Facts
-from woodcock.scene import GridVolume, Scene
+from woodcock.scene import Scene
 
 #: A launch's sums are pairs of floats; this many samples keep them exact to float64 rounding of the merge.
 LARGEST_LAUNCH = 1 << 16
@@ -38,8 +39,9 @@ class Renderer:
         start = time.perf_counter()
         layout = lay_out(scene, _read)
         self.kinds = {concept: list(kinds) for concept, kinds in layout.kinds.items()}
-        self.channels = layout.channels
-        self._exponent = layout.space.radiance_exponent
+        self.names = layer_names(scene, layout.channels)
+        space = layout.space
+        self._exponents = np.array(exponents(self.names, space.radiance_exponent, space.length_exponent))
         self.seconds["read"] = (read := time.perf_counter()) - start
 
         program = compose(layout, self.lanes)
@@ -64,12 +66,14 @@ class Renderer:
             "lanes": self.lanes,
             "program_hash": self.program_hash,
             "kinds": self.kinds,
+            "norm": None,
+            "unscattered": None,
             "seconds": self.seconds,
         }
 
     def render(self, start: int, stop: int) -> Film:
         """Exactly the samples [start, stop) of every pixel."""
-        film = Film.empty(self._film.width, self._film.height, self.channels)
+        film = Film.empty(self._film.width, self._film.height, self.names)
         for first in range(start, stop, LARGEST_LAUNCH):
             film = film.merge(self._launch(first, min(stop, first + LARGEST_LAUNCH)))
         return film
@@ -77,7 +81,7 @@ class Renderer:
     def _launch(self, first: int, stop: int) -> Film:
         width, height, samples = self._film.width, self._film.height, stop - first
         items = -(-width * height // (self.lanes * GROUP)) * GROUP
-        sums = np.zeros((self.channels, 4, items * self.lanes), np.float32)
+        sums = np.zeros((len(self.names), 4, items * self.lanes), np.float32)
         faults = np.zeros((2, items * self.lanes), np.uint32)
         outputs = [self._context.output(array) for array in (sums, faults)]
         self._kernel(
@@ -90,8 +94,9 @@ class Renderer:
         rejected, violations = faults[:, : width * height].sum(axis=1, dtype=np.uint64)
         return Film(
             np.full((height, width), samples, np.uint32),
-            np.ldexp(mean.reshape(height, width, -1), self._exponent),
-            np.ldexp(m2.reshape(height, width, -1), 2 * self._exponent),
+            np.ldexp(mean.reshape(height, width, -1), self._exponents),
+            np.ldexp(m2.reshape(height, width, -1), 2 * self._exponents),
+            self.names,
             ((first, stop),),
             int(rejected),
             int(violations),
@@ -99,12 +104,12 @@ class Renderer:
 
 
 def _statistics(sums: NDArray[np.float32], samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean and M2, (pixels, channels), of the kernel's pairs (channels, 4, pixels)."""
+    """Mean and M2, (pixels, names), of the kernel's pairs (names, 4, pixels)."""
     pairs = sums.astype(np.float64)
     total, squares = pairs[:, 0] + pairs[:, 1], pairs[:, 2] + pairs[:, 3]
     mean = total / samples
     return mean.T, np.maximum(squares - total * mean, 0).T
 
 
-def _read(volume: GridVolume) -> Grid:
-    return read_grid(Path(volume.file), volume.grid)
+def _read(file: str, name: str | None) -> Grid:
+    return read_grid(Path(file), name)

@@ -16,7 +16,11 @@ SERIES_GROWTH = math.sqrt(2)
 
 
 class Facts(TypedDict):
-    """A scene on a device. lanes: paths in lockstep; kinds: compiled in; seconds: of read, build and upload."""
+    """A scene on a device. lanes: paths in lockstep; kinds: compiled in; seconds: of read, build and upload.
+
+    norm: at least ‖K‖, how much of any radiance one more order of scattering can hold; unscattered: at least L⁰, in
+    every direction everywhere; None where no such bound is known.
+    """
 
     id: str
     name: str
@@ -28,6 +32,8 @@ class Facts(TypedDict):
     lanes: int
     program_hash: str
     kinds: dict[str, list[str]]
+    norm: float | None
+    unscattered: float | None
     seconds: dict[str, float]
 
 
@@ -47,8 +53,11 @@ class Point(TypedDict):
 
 
 def point(seconds: float, film: Film) -> Point | None:
-    """The error after so many seconds; None while it cannot be estimated, with fewer than two samples a pixel."""
-    rmse = film.rmse()
+    """The error after so many seconds; None while it cannot be estimated, with fewer than two samples a pixel.
+
+    Without noise too: there is one error then, and nothing that falls.
+    """
+    rmse = math.nan if film.deterministic else film.rmse()
     return {"seconds": seconds, "samples": film.samples, "rmse": rmse} if math.isfinite(rmse) else None
 
 
@@ -68,7 +77,7 @@ def header(scene: Scene, film: Film, uses: Sequence[Use]) -> dict[str, str]:
 def build(film: Film, uses: Sequence[Use], series: Sequence[Point], render: float, write: float) -> dict[str, Any]:
     """The report. uses: not empty; render, write: wall seconds of rendering and of writing the pictures.
 
-    Devices read, build and upload side by side, so of those seconds the longest count.
+    Without noise `rmse` is at most that. Devices read, build and upload side by side: the longest seconds count.
     """
     seconds = {part: max(use["seconds"][part] for use in uses) for part in ("read", "build", "upload")}
     rmse, mean = film.rmse(), film.mean_luminance()
@@ -80,9 +89,12 @@ def build(film: Film, uses: Sequence[Use], series: Sequence[Point], render: floa
         "samples": film.samples,
         "sample_ranges": film.ranges,
         "seconds": {**seconds, "render": render, "write": write},
-        "rmse": rmse if math.isfinite(rmse) else None,
+        "rmse": _known(rmse),
         "relative_rmse": rmse / mean if math.isfinite(rmse) and mean > 0 else None,
+        "deterministic": film.deterministic,
+        "bound": _bound(film),
         "mean_luminance": mean,
+        "orders": _orders(film, uses[0]["norm"], uses[0]["unscattered"]),
         "error": list(series),
         "rejected_samples": film.rejected,
         "majorant_violations": film.violations,
@@ -90,3 +102,36 @@ def build(film: Film, uses: Sequence[Use], series: Sequence[Point], render: floa
         "kinds": uses[0]["kinds"],
         "devices": list(uses),
     }
+
+
+def _bound(film: Film) -> dict[str, float | None] | None:
+    """Of a film without noise, how far a channel of a pixel may be off: at most, and root mean square by luminance."""
+    if film.bound is None:
+        return None
+    return {"largest": _known(float(film.bound.max())), "rms": _known(film.rmse())}
+
+
+def _orders(film: Film, norm: float | None, unscattered: float | None) -> dict[str, float | int | None] | None:
+    """What cutting the Neumann series after its last order of its own would leave out of the mean luminance.
+
+    Measured, with its standard error, and bounded a priori: ‖K L⁰ + …‖ from order n + 1 on is ‖K‖ⁿ⁺¹ / (1 - ‖K‖) ‖L⁰‖
+    at most.
+    """
+    layers = [layer for layer in film.layers if layer.startswith("order.")]
+    if not layers:
+        return None
+    last, rest = len(layers) - 2, film.layer("order.rest")
+    bound = None
+    if norm is not None and norm < 1 and unscattered is not None:
+        bound = norm ** (last + 1) / (1 - norm) * unscattered
+    return {
+        "last": last,
+        "rest": rest.mean_luminance(),
+        "rest_error": _known(rest.mean_luminance_error()),
+        "norm": norm,
+        "rest_bound": bound,
+    }
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None

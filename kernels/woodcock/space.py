@@ -41,6 +41,10 @@ class Space:
     def radiance(self, value: Array) -> Array:
         return np.ldexp(value, -self.radiance_exponent)
 
+    def intensity(self, value: Array) -> Array:
+        """A radiant intensity: radiance × area."""
+        return np.ldexp(self.radiance(value), -2 * self.length_exponent)
+
     def affine(self, to_scene: Array) -> Array:
         """(4, 4) from local to scene -> (3, 4) from this space to local."""
         placed = to_scene.copy()

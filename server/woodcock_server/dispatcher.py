@@ -14,6 +14,7 @@ from distributed import Client
 from sqlalchemy import Engine, RowMapping
 from sqlalchemy.exc import SQLAlchemyError
 
+from woodcock.denoise import DenoiseError
 from woodcock.device import DeviceError
 from woodcock.formats import VolumeError
 from woodcock.scene import SceneError
@@ -116,7 +117,7 @@ class Dispatcher:
             except Exception as error:  # Its lease runs out instead.
                 log.warning("job not put back", job=job.id, reason=repr(error))
             raise
-        except (RenderError, DeviceError, VolumeError, SceneError) as error:
+        except (RenderError, DeviceError, VolumeError, SceneError, DenoiseError) as error:
             await job.fail(str(error))
         except (LeaseLost, SQLAlchemyError):
             raise

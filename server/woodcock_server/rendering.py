@@ -15,11 +15,12 @@ from distributed.scheduler import KilledWorker
 from pydantic import ValidationError
 from sqlalchemy import Engine, RowMapping
 
+from woodcock.denoise import require
 from woodcock.device import DeviceError
 from woodcock.film import Film, FilmError
 from woodcock.pace import Pace, fit
 from woodcock.report import SERIES_GROWTH, Facts, Point, Use, point
-from woodcock.scene import SamplesStop, Scene, SceneError, explain, with_volume_files
+from woodcock.scene import SamplesStop, Scene, SceneError, explain, with_files
 from woodcock_server import results, worker
 from woodcock_server.cluster import resource
 from woodcock_server.events import Changes
@@ -96,6 +97,8 @@ class Rendering:
     async def run(self) -> None:
         """Render what is missing and publish the picture. Raises LeaseLost, RenderError, what the renderer raises."""
         self._read_scene()
+        if self._scene.denoise:
+            await in_thread(require)
         await self._resume()
         stop = self._scene.stop
         end = stop.samples if isinstance(stop, SamplesStop) else MOST_SAMPLES
@@ -118,7 +121,7 @@ class Rendering:
             self._scene = Scene.model_validate(self._row["scene"])
         except ValidationError as error:  # Committed by another version of this program.
             raise SceneError(explain(error.errors(include_url=False))) from None
-        local = with_volume_files(self._scene, lambda file: str(self._storage.volume_file(file)))
+        local = with_files(self._scene, lambda file: str(self._storage.volume_file(file)))
         self._text = local.model_dump_json()
 
     async def _resume(self) -> None:

@@ -29,9 +29,9 @@ def write(
     series: Sequence[Point],
     render_seconds: float,
 ) -> None:
-    """Write image.exr, preview.png and report.json; blocks."""
+    """Write image.exr, preview.png and report.json; blocks. Raises DenoiseError."""
     began = time.monotonic()
-    write_exr(storage.job_file(job_id, "image.exr"), film, report.header(scene, film, uses))
+    write_exr(storage.job_file(job_id, "image.exr"), film, report.header(scene, film, uses), scene.denoise)
     preview(storage, job_id, film)
     content = report.build(film, uses, series, render_seconds, time.monotonic() - began)
     storage.write_json(job_id, "report.json", content)

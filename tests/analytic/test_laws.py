@@ -90,7 +90,7 @@ def test_scaling_lengths_and_coefficients_leaves_the_picture(box: Box, picture: 
     """σ × k and size / k give the same picture, to the last bit for powers of two."""
     reference = picture(box, 8)
     k = 2.0**exponent
-    box["volumes"][0] |= {"max": [1 / k] * 3, "sigma_t": 2 * k}
+    box["volumes"][0] |= {"shape": {"kind": "box", "min": [0, 0, 0], "max": [1 / k] * 3}, "sigma_t": 2 * k}
     box["camera"] |= {"origin": [0.5 / k, 0.5 / k, -1 / k], "target": [0.5 / k] * 3, "height": 1 / k}
     assert np.array_equal(picture(box, 8).mean, reference.mean)
 

@@ -267,7 +267,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 SCENE: dict[str, Any] = {
     "camera": {"kind": "perspective", "origin": [0, 0, -4], "target": [0, 0, 0]},
-    "volumes": [{"kind": "constant", "min": [-1, -1, -1], "max": [1, 1, 1], "sigma_t": 1.0, "albedo": 0.9}],
+    "volumes": [{"kind": "constant", "shape": {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}, "sigma_t": 1.0, "albedo": 0.9}],
     "lights": [{"kind": "constant", "radiance": 1.0}],
     "film": {"width": 64, "height": 64},
     "stop": {"kind": "samples", "samples": 64},

@@ -15,7 +15,7 @@ import pytest
 from pydantic import ValidationError
 
 import woodcock_client
-from woodcock.scene import Scene, SceneError, with_volume_files
+from woodcock.scene import Scene, SceneError, with_files
 from woodcock_client import Client, ServiceError, Unreachable, client
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def test_devices(talk: Client) -> None:
 
 
 def test_a_refusal_carries_its_fields(talk: Client, grid_scene: Scene) -> None:
-    unknown = with_volume_files(grid_scene, lambda file: f"sha256:{0:064}")
+    unknown = with_files(grid_scene, lambda file: f"sha256:{0:064}")
     with pytest.raises(ServiceError) as caught:
         talk.submit(unknown)
     assert caught.value.status == 422

@@ -14,8 +14,13 @@ from woodcock.layout import Record, module
 
 Floats = NDArray[np.float32]
 
-#: What program.py puts before every kind.
-KIND_NEEDS = ["core/rng.h", "core/vector.h", "core/spectrum_1.h"]
+
+def needs(channels: int) -> list[str]:
+    """What program.py puts before every kind."""
+    return ["core/rng.h", "core/vector.h", f"core/spectrum_{channels}.h"]
+
+
+KIND_NEEDS = needs(1)
 
 
 def call(
@@ -27,6 +32,9 @@ def call(
     results: list[str],
     inputs: Mapping[str, NDArray[np.generic]],
     lanes: int,
+    *,
+    channels: int = 1,
+    buffers: Mapping[str, NDArray[np.generic]] | None = None,
 ) -> Floats:
     """Evaluates expressions with `kind` pointing to the kind's struct in constant memory; `body` comes before them."""
     name = f"{concept}_{model.kind}"
@@ -37,14 +45,15 @@ def call(
         results,
         inputs,
         lanes=lanes,
-        parts=[*KIND_NEEDS, struct(values), f"{concept}/{model.kind}.h", numbers(values)],
+        parts=[*needs(channels), struct(values), f"{concept}/{model.kind}.h", numbers(values, channels)],
+        buffers=buffers,
         body=f"__constant const struct {name} *kind = &numbers;\n{body}",
     )
 
 
-def numbers(record: Record) -> str:
+def numbers(record: Record, channels: int = 1) -> str:
     """A struct of constant memory, `numbers`."""
-    return f"__constant struct {record.struct} numbers = {literal(record)};\n"
+    return f"__constant struct {record.struct} numbers = {literal(record, channels)};\n"
 
 
 def struct(record: Record) -> str:
@@ -52,15 +61,16 @@ def struct(record: Record) -> str:
     return f"struct {record.struct} {{ {members} }};\n"
 
 
-def literal(record: Record) -> str:
+def literal(record: Record, channels: int = 1) -> str:
     """The struct's numbers as a C initialiser, exact: floats in hexadecimal."""
     parts = []
     for name, ctype in record.fields.items():
         value = np.asarray(record.values[name])
         if ctype == "int":
             parts.append(str(int(value)))
-        elif value.ndim == 0 or ctype == "colour":
+        elif value.ndim == 0 or (ctype == "colour" and channels == 1):
             parts.append(f"{float(np.float32(value.reshape(-1)[0])).hex()}f")
         else:
+            value = np.broadcast_to(value, channels) if ctype == "colour" else value
             parts.append("{" + ", ".join(f"{float(np.float32(v)).hex()}f" for v in value.reshape(-1)) + "}")
     return "{" + ", ".join(parts) + "}"

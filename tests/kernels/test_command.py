@@ -76,6 +76,18 @@ def test_bad_scenes(scene: Path, tmp_path: Path, change: dict[str, Any], code: i
     assert not (tmp_path / "out.exr").exists()
 
 
+def test_denoising_fails_before_rendering_where_its_extra_is_missing(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mitsuba_oidn.py").write_text("raise ImportError('none here')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    scene.write_text(json.dumps(json.loads(scene.read_text()) | {"denoise": True}))
+    done = woodcock("render", scene, "-o", tmp_path / "out.exr")
+    assert done.returncode == 1
+    assert "pip install 'woodcock[denoise]'" in done.stderr
+    assert not (tmp_path / "out.exr").exists()
+
+
 def test_bad_arguments(scene: Path, tmp_path: Path) -> None:
     for arguments, message in (
         (("-o", tmp_path / "out.png"), "must end in .exr"),

@@ -10,19 +10,27 @@ import pytest
 from woodcock.film import Film, FilmError, join
 
 
-def film(values: np.ndarray, start: int) -> Film:
-    """The film of samples (n, h, w, c)."""
+def film(values: np.ndarray, start: int, bound: np.ndarray | None = None) -> Film:
+    """The film of samples (n, h, w, c); channels beyond the third are orders of scattering."""
     n = len(values)
     mean = values.mean(axis=0)
+    names = ("R", "G", "B", *(f"order.{order}.{c}" for order in ("0", "rest") for c in "RGB"))[: mean.shape[-1]]
     return Film(
-        np.full(mean.shape[:2], n, np.uint32), mean, ((values - mean) ** 2).sum(axis=0), ((start, start + n),), 1, 2
+        np.full(mean.shape[:2], n, np.uint32),
+        mean,
+        ((values - mean) ** 2).sum(axis=0),
+        names if len(names) > 1 else ("Y",),
+        ((start, start + n),),
+        1,
+        2,
+        bound,
     )
 
 
 def test_merging_is_the_film_of_all_samples() -> None:
     values = np.random.default_rng(1).lognormal(3, 2, (37, 4, 5, 3))
     parts = [film(values[a:b], a) for a, b in ((0, 5), (5, 6), (20, 37), (6, 20))]
-    merged = Film.empty(5, 4, 3)
+    merged = Film.empty(5, 4, parts[0].names)
     for part in parts:
         merged = merged.merge(part)
     whole = film(values, 0)
@@ -40,7 +48,9 @@ def test_no_sample_counts_twice() -> None:
     with pytest.raises(FilmError, match="samples 2 to 4 would count twice"):
         film(values, 0).merge(film(values, 2))
     with pytest.raises(FilmError, match="cannot be merged"):
-        film(values, 0).merge(Film.empty(3, 2, 1))
+        film(values, 0).merge(Film.empty(3, 2, ("Y",)))
+    with pytest.raises(FilmError, match="cannot be merged"):
+        film(values, 0).merge(Film.empty(2, 2, ("depth.Z",)))
 
 
 def test_ranges_join() -> None:
@@ -60,14 +70,55 @@ def test_error_predicts_the_spread_of_pictures() -> None:
     assert np.mean([f.rmse() for f in films]) == pytest.approx(spread, rel=0.03)
 
 
-def test_saved_films_come_back(tmp_path: Path) -> None:
+def test_layers_are_films_and_the_beauty_alone_counts() -> None:
+    values = np.random.default_rng(4).random((8, 2, 3, 9))
+    values[..., 3:6] *= 100
+    whole = film(values, 0)
+    assert whole.channels == 3
+    for layer, first in (("", 0), ("order.0", 3), ("order.rest", 6)):
+        part, expected = whole.layer(layer), film(values[..., first : first + 3], 0)
+        assert part.names == ("R", "G", "B")
+        assert part.ranges == whole.ranges
+        assert np.array_equal(part.mean, expected.mean)
+        assert part.rmse() == expected.rmse()
+    assert whole.rmse() == whole.layer("").rmse()
+    assert whole.mean_luminance() == whole.layer("").mean_luminance()
+
+
+def test_error_of_the_mean_holds_for_channels_that_vary_together() -> None:
+    """Grey samples in three channels: the spread of repeated films' mean luminance is what is said."""
+    random = np.random.default_rng(6)
+    films = [film(random.exponential(1, (16, 8, 8, 1)).repeat(3, -1), 0) for _ in range(400)]
+    spread = np.std([f.mean_luminance() for f in films])
+    assert np.mean([f.mean_luminance_error() for f in films]) == pytest.approx(spread, rel=0.1)
+
+
+def test_bounds_merge_as_means_do() -> None:
+    """Without noise a film has a bound in place of a variance, however its values differ over a pixel."""
+    values = np.random.default_rng(8).random((4, 2, 2, 3))
+    low, high = (np.full((2, 2, 3), bound) for bound in (0.1, 0.4))
+    one, two = film(values[:1], 0, low), film(values[1:], 1, high)
+    merged = Film.empty(2, 2, one.names).merge(one).merge(two)
+    assert merged.bound is not None
+    assert np.allclose(merged.bound, 0.1 / 4 + 0.4 * 3 / 4)
+    assert merged.deterministic
+    assert merged.rmse() == pytest.approx(0.325)
+    assert (merged.variance() == 0).all()
+    assert np.allclose(merged.mean, values.mean(axis=0))
+    with pytest.raises(FilmError, match="one without cannot be merged"):
+        one.merge(film(values[1:], 1))
+    assert not Film.empty(2, 2, one.names).merge(film(values, 0)).deterministic
+
+
+@pytest.mark.parametrize("bound", [None, np.full((4, 5, 3), 0.5)], ids=["noise", "bound"])
+def test_saved_films_come_back(tmp_path: Path, bound: np.ndarray | None) -> None:
     path = tmp_path / "film.npz"
-    one = film(np.random.default_rng(2).random((3, 4, 5, 3)), 7)
+    one = film(np.random.default_rng(2).random((3, 4, 5, 3)), 7, bound)
     one.save(path)
     two = Film.load(path)
-    assert two.ranges == one.ranges
+    assert (two.ranges, two.names) == (one.ranges, one.names)
     assert (two.rejected, two.violations) == (1, 2)
-    for name in ("count", "mean", "m2"):
+    for name in ("count", "mean", "m2", "bound"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert [file.name for file in tmp_path.iterdir()] == ["film.npz"]
 
@@ -85,7 +136,7 @@ def test_a_failed_save_leaves_the_old_film(tmp_path: Path) -> None:
     path = tmp_path / "film.npz"
     film(np.ones((3, 4, 5, 3)), 0).save(path)
     old = path.read_bytes()
-    broken = Film(np.ones((1, 1)), np.ones((1, 1, 1)), np.ones((1, 1, 1)), (("a", "b"),))  # type: ignore[arg-type]
+    broken = Film(np.ones((1, 1)), np.ones((1, 1, 1)), np.ones((1, 1, 1)), ("Y",), (("a", "b"),))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="invalid literal"):
         broken.save(path)
     assert path.read_bytes() == old

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,52 @@ import pytest
 
 from woodcock.film import Film
 from woodcock.image import ImageError, read_exr, tone_map, write_exr, write_preview
+from woodcock.layers import beauty_names
 
 
 def film(channels: int) -> Film:
     random = np.random.default_rng(3)
     mean = random.lognormal(0, 4, (6, 9, channels))
-    return Film(np.full((6, 9), 70000, np.uint32), mean, mean**2, ((0, 70000),))
+    return Film(np.full((6, 9), 70000, np.uint32), mean, mean**2, beauty_names(channels), ((0, 70000),))
+
+
+def test_layers_come_back_with_the_variance_of_radiance_alone(tmp_path: Path) -> None:
+    path, names = tmp_path / "out.exr", ("R", "G", "B", "order.0.R", "order.0.G", "order.0.B", "normal.X", "depth.Z")
+    mean = np.random.default_rng(4).random((3, 5, len(names)))
+    write_exr(path, Film(np.full((3, 5), 9, np.uint32), mean, mean, names, ((0, 9),)), {})
+    layers, _ = read_exr(path)
+    added = (f"{layer}.{name}" for layer in ("variance", "variance.order.0") for name in "RGB")
+    assert set(layers) == {*names, *added, "samples.count"}
+    for index, name in enumerate(names):
+        assert np.array_equal(layers[name], mean[..., index].astype(np.float32))
+    assert np.allclose(layers["variance.order.0.B"], mean[..., 5] / 72)
+
+
+def test_denoised_layer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the raw beauty, made with the guides that the film has."""
+    given: dict[str, np.ndarray] = {}
+
+    def double(beauty: np.ndarray, **guides: np.ndarray) -> np.ndarray:
+        given.update(guides)
+        return beauty * 2
+
+    monkeypatch.setattr("woodcock.denoise.denoise", double)
+    names = ("Y", "depth.Z", "albedo.Y", "normal.X", "normal.Y", "normal.Z")
+    mean = np.random.default_rng(4).random((3, 5, len(names)))
+    write_exr(tmp_path / "out.exr", Film(np.full((3, 5), 9, np.uint32), mean, mean, names), {}, denoise=True)
+    layers, _ = read_exr(tmp_path / "out.exr")
+    assert np.array_equal(layers["Y"], mean[..., 0].astype(np.float32))
+    assert np.array_equal(layers["denoised.Y"], layers["Y"] * 2)
+    assert np.array_equal(given["albedo"], mean[..., 2:3].astype(np.float32))
+    assert np.array_equal(given["normal"], mean[..., 3:].astype(np.float32))
+
+
+def test_a_film_without_noise_comes_with_its_bound(tmp_path: Path) -> None:
+    still = replace(film(1), bound=np.full((6, 9, 1), 0.25))
+    write_exr(tmp_path / "out.exr", still, {})
+    layers, _ = read_exr(tmp_path / "out.exr")
+    assert (layers["bound.Y"] == 0.25).all()
+    assert (layers["variance.Y"] == 0).all()
 
 
 @pytest.mark.parametrize(("channels", "beauty"), [(1, ["Y"]), (3, ["R", "G", "B"])])
@@ -43,7 +84,7 @@ def test_a_torn_exr_is_an_image_error(tmp_path: Path, kept: int) -> None:
 
 def test_a_variance_beyond_float32_is_infinite(tmp_path: Path) -> None:
     huge = np.full((2, 2, 1), 1e30)
-    write_exr(tmp_path / "out.exr", Film(np.full((2, 2), 4, np.uint32), huge, huge**2, ((0, 4),)), {})
+    write_exr(tmp_path / "out.exr", Film(np.full((2, 2), 4, np.uint32), huge, huge**2, ("Y",), ((0, 4),)), {})
     layers, _ = read_exr(tmp_path / "out.exr")
     assert np.isinf(layers["variance.Y"]).all()
     assert np.array_equal(layers["Y"], np.full((2, 2), np.float32(1e30)))
@@ -56,7 +97,13 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
 
 def test_preview(tmp_path: Path) -> None:
     ramp = np.linspace(0, 40, 300).reshape(1, 300, 1).repeat(200, 0)
-    write_preview(tmp_path / "p.png", Film(np.ones((200, 300), np.uint32), ramp, ramp), size=150)
+    write_preview(tmp_path / "p.png", Film(np.ones((200, 300), np.uint32), ramp, ramp, ("Y",)), size=150)
+    write_preview(
+        tmp_path / "layers.png",
+        Film(np.ones((200, 300), np.uint32), np.concatenate([ramp, -ramp], -1), ramp, ("Y", "depth.Z")),
+        150,
+    )
+    assert (tmp_path / "layers.png").read_bytes() == (tmp_path / "p.png").read_bytes()
     layers, _ = read_exr(tmp_path / "p.png")
     assert layers["R"].shape == (100, 150)
     assert np.array_equal(layers["R"], layers["G"])

@@ -1,17 +1,41 @@
-"""Lights against their float64 oracles: constant, directional."""
+"""Lights against their float64 oracles: constant, directional, sun, point, spot; image in test_light_image.py."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
+from scipy.stats import chisquare
+from tests.conftest import SIGNIFICANCE
 from tests.kernels.device_code import call
 
 from woodcock.device import Context
 from woodcock.layout import module
-from woodcock.scene import ConstantLight, DirectionalLight
+from woodcock.scene import ConstantLight, DirectionalLight, PointLight, SpotLight, SunLight
 from woodcock.space import Space
 
-SPACE = Space(radiance_exponent=3)
+SPACE = Space(np.array([0.5, -1, 2]), 2, 3)
 INPUT = {"u": np.linspace(0, 1, 5, dtype=np.float32)}
+SAMPLE = ["s.towards.x", "s.towards.y", "s.towards.z", "s.distance", "s.pdf"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "attributes"),
+    [
+        ("constant", (True, False, False)),
+        ("image", (True, True, False)),
+        ("directional", (False, True, False)),
+        ("sun", (True, True, False)),
+        ("point", (False, True, True)),
+        ("spot", (False, True, True)),
+    ],
+)
+def test_what_estimates_it(kind: str, attributes: tuple[bool, bool, bool]) -> None:
+    """Every light is found by one estimator at least; only those with a place have a position."""
+    light = module("light", kind)
+    assert attributes == (light.ON_ESCAPE, light.SAMPLED, light.LOCAL)
+    assert hasattr(light, "position") == light.LOCAL
 
 
 def test_constant(context: Context, lanes: int) -> None:
@@ -30,3 +54,123 @@ def test_directional(context: Context, lanes: int) -> None:
     assert np.allclose(got[:3].T, kind.towards(light), atol=1e-7)
     assert np.allclose(kind.towards(light), np.array([-3, 4, -12]) / 13)
     assert np.array_equal(got[3] * 8, np.full(5, 7))
+
+
+@pytest.mark.parametrize("radius", [0.001, 0.2665, 60])
+def test_sun_samples(context: Context, lanes: int, radius: float) -> None:
+    """Samples fill the disk evenly in solid angle, and the weight is radiance over density."""
+    light, kind, n = (
+        SunLight(direction=(3, -4, 12), irradiance=7, angular_radius=radius),
+        module("light", "sun"),
+        1 << 14,
+    )
+    u, v = np.random.default_rng(6).random((2, n), dtype=np.float32)
+    body = "light_sample s; light_sun_sample(kind, vector_of(u, u, u), u, v, &s);"
+    got = call(
+        context, "light", light, kind.record(light, SPACE), body, [*SAMPLE, "s.weight"], {"u": u, "v": v}, lanes
+    ).astype(float)
+    towards, distance, pdf, weight = got[:3], got[3], got[4], got[5] * 8
+    assert np.allclose(np.linalg.norm(towards, axis=0), 1, atol=3e-7)
+    assert (distance == np.float32(1e30)).all()
+
+    alpha = np.radians(radius)
+    solid_angle = 2 * np.pi * (2 * np.sin(alpha / 2) ** 2)
+    assert np.allclose(pdf, 1 / solid_angle, rtol=1e-6)
+    assert np.allclose(weight * pdf, kind.strength(light), rtol=1e-6)
+    # On a surface that faces the middle the samples add up to the irradiance.
+    middle = kind.towards(light)
+    assert np.mean(weight * (middle @ towards)) == pytest.approx(7, rel=5 * alpha**2 / np.sqrt(n) + 1e-6)
+
+    # Float32 directions are off by 6e-8, which the smallest disk sees enlarged: two bins fewer at its edge.
+    versine = ((towards - middle[:, None]) ** 2).sum(axis=0) / 2 / (solid_angle / (2 * np.pi))
+    assert versine.max() < 1 + 2e-7 / alpha
+    assert chisquare(np.histogram(versine.clip(0, 1), bins=16, range=(0, 1))[0]).pvalue > SIGNIFICANCE
+    across = np.cross(middle, [0, 0, 1]) / np.linalg.norm(np.cross(middle, [0, 0, 1]))
+    azimuth = np.arctan2(np.cross(middle, across) @ towards, across @ towards)
+    assert chisquare(np.histogram(azimuth, bins=16, range=(-np.pi, np.pi))[0]).pvalue > SIGNIFICANCE
+
+
+@pytest.mark.parametrize("radius", [0.001, 0.2665, 60])
+def test_sun_disk(context: Context, lanes: int, radius: float) -> None:
+    """Radiance and density of directions from the middle to twice the radius, and of the opposite one."""
+    light, kind = SunLight(direction=(3, -4, 12), irradiance=7, angular_radius=radius), module("light", "sun")
+    middle = kind.towards(light)
+    side = np.cross(middle, [0, 0, 1]) / np.linalg.norm(np.cross(middle, [0, 0, 1]))
+    angle = np.radians(radius) * np.array([0, 0.5, 0.98, 1.02, 1.5, 2, np.pi / np.radians(radius)])
+    d = (np.cos(angle)[:, None] * middle + np.sin(angle)[:, None] * side).astype(np.float32)
+    arguments = "kind, vector_of(x, y, z)"
+    expressions = [f"light_sun_radiance({arguments})", f"light_sun_pdf({arguments})"]
+    inputs = {name: np.ascontiguousarray(d[:, i]) for i, name in enumerate("xyz")}
+    got = call(context, "light", light, kind.record(light, SPACE), "", expressions, inputs, lanes)
+    inside = angle < np.radians(radius)
+    exact = np.cos(angle)[:, None] * middle + np.sin(angle)[:, None] * side
+    assert np.array_equal(kind.radiance(light, exact)[:, 0] > 0, inside)
+    assert np.allclose(got[0] * 8.0, kind.radiance(light, exact)[:, 0], rtol=1e-6)
+    assert np.array_equal(got[1] > 0, inside)
+
+
+def test_sun_radiance_is_that_of_its_irradiance() -> None:
+    """∫ L cos θ dω over the disk, by quadrature."""
+    light = SunLight(direction=(0, 0, -1), irradiance=3, angular_radius=40)
+    theta = (np.arange(2000) + 0.5) / 2000 * np.pi / 2
+    direction = np.stack([np.sin(theta), 0 * theta, np.cos(theta)], axis=-1)
+    radiance = module("light", "sun").radiance(light, direction)[:, 0]
+    assert np.sum(radiance * np.cos(theta) * 2 * np.pi * np.sin(theta)) * np.pi / 4000 == pytest.approx(3, rel=2e-3)
+
+
+LOCAL_LIGHTS = [
+    PointLight(position=(0.3, 1, -2), intensity=5),
+    SpotLight(position=(0.3, 1, -2), target=(1, 0, 3), intensity=5, cutoff=80),
+    SpotLight(position=(0.3, 1, -2), target=(1, 0, 3), intensity=5, cutoff=30, beam=0),
+    SpotLight(position=(0.3, 1, -2), target=(1, 0, 3), intensity=5, cutoff=30, beam=29.99),
+    SpotLight(position=(0.3, 1, -2), target=(1, 0, 3), intensity=5, cutoff=0.01),
+]
+
+
+@pytest.mark.parametrize("light", LOCAL_LIGHTS, ids=repr)
+def test_point_and_spot(context: Context, lanes: int, light: Any) -> None:
+    """Weights at points all around, and in a narrow cone, are intensity × falloff / distance² in the device's units."""
+    kind = module("light", light.kind)
+    random = np.random.default_rng(7)
+    target = np.array(getattr(light, "target", (1, 0, 3)))
+    narrow = np.radians(getattr(light, "cutoff", 20)) * 3 * random.standard_normal((128, 3))
+    points = np.concatenate([3 * random.standard_normal((128, 3)), target + narrow])
+    local = np.array([SPACE.point(p) for p in points]).astype(np.float32)
+    exact = local.astype(float) * 4 + SPACE.centre
+    body = f"light_sample s; light_{light.kind}_sample(kind, vector_of(x, y, z), x, y, &s);"
+    inputs = {name: np.ascontiguousarray(local[:, i]) for i, name in enumerate("xyz")}
+    got = call(context, "light", light, kind.record(light, SPACE), body, [*SAMPLE, "s.weight"], inputs, lanes)
+    to = kind.position(light) - exact
+    distance = np.linalg.norm(to, axis=1)
+    assert np.allclose(got[:3].T, to / distance[:, None], atol=1e-6)
+    assert np.allclose(got[3] * 4, distance, rtol=1e-6)
+    assert (got[4] == 0).all()
+    # The slope of the falloff makes the most of what float32 directions are off by.
+    steepness = kind.record(light, SPACE).get("steepness", 0) * np.sqrt(2 * kind.record(light, SPACE).get("cutoff", 0))
+    scale = 5 / distance**2
+    off = np.abs(got[5] * 8.0 - kind.weight(light, exact)[:, 0]) / scale
+    settled = off < 1e-6 + 3e-7 * min(steepness, 1e5)
+    assert settled.all()
+    if light.kind == "spot":
+        assert (got[5] == 0).any()
+        assert (got[5] > 0).any()
+
+
+def test_extremes_are_finite(context: Context, lanes: int) -> None:
+    """A vertex in the light itself, and a beam that ends where the cone does but for rounding."""
+    sharp = SpotLight(position=(1, 2, 3), target=(1, 0, 3), intensity=5, cutoff=30, beam=29.999999999999996)
+    for light in (LOCAL_LIGHTS[0], sharp):
+        kind = module("light", light.kind)
+        body = f"""vector at = vector_uniform(kind->position);
+        light_sample s; light_{light.kind}_sample(kind, at, u, u, &s);"""
+        got = call(context, "light", light, kind.record(light, SPACE), body, [*SAMPLE, "s.weight"], INPUT, lanes)
+        assert np.isfinite(got).all()
+
+
+def test_intensities_in_other_units_give_the_same_picture() -> None:
+    """Intensity is radiance × area: twice the lengths need four times as much."""
+    small, large = Space(length_exponent=-3, radiance_exponent=2), Space(length_exponent=-2, radiance_exponent=2)
+    for light in LOCAL_LIGHTS[:2]:
+        kind = module("light", light.kind)
+        brighter = light.model_copy(update={"intensity": 20})
+        assert np.array_equal(kind.record(light, small)["intensity"], kind.record(brighter, large)["intensity"])

@@ -18,9 +18,10 @@ import pytest
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.formats import Grid
-from woodcock.layout import Layout, lay_out
+from woodcock.layout import Layout
+from woodcock.plan import lay_out
 from woodcock.program import ROOT, compose, flatten
-from woodcock.scene import GridVolume, parse
+from woodcock.scene import parse
 
 GOLDEN = Path(__file__).parent / "golden"
 PERSPECTIVE = {"kind": "perspective", "origin": [0, 0, 5], "target": [0, 0, 0]}
@@ -28,7 +29,7 @@ ORTHOGRAPHIC = {"kind": "orthographic", "origin": [0, 0, 5], "target": [0, 0, 0]
 FORWARD = {"kind": "henyey_greenstein", "g": 0.5}
 SKY = {"kind": "constant", "radiance": 1}
 SUN = {"kind": "directional", "direction": [0, -1, 0], "irradiance": [3, 2, 1]}
-BOX = {"kind": "constant", "min": [0, 0, 0], "max": [1, 1, 1], "sigma_t": 1, "albedo": 0.5}
+BOX = {"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 1, "albedo": 0.5}
 SCENES: dict[str, dict[str, Any]] = {
     "cloud": {"camera": ORTHOGRAPHIC, "volumes": [{"kind": "grid", "file": "x", "albedo": 0.9}], "lights": [SKY]},
     "sunset": {
@@ -44,7 +45,7 @@ scenes = pytest.mark.parametrize("name", SCENES)
 def layout_of(scene: dict[str, Any]) -> Layout:
     grid = Grid("density", np.arange(60, dtype=np.uint8).reshape(3, 4, 5), np.eye(4), placed=False)
 
-    def read(volume: GridVolume) -> Grid:
+    def read(file: str, name: str | None) -> Grid:
         return grid
 
     return lay_out(parse(json.dumps(scene)), read)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from woodcock.scene import Scene, SceneError, load, parse, volume_files, with_volume_files
+from woodcock.scene import Scene, SceneError, load, parse, files, with_files
 
 GOOD: dict[str, Any] = {
     "camera": {"kind": "perspective", "origin": [0, 0, 5], "target": [0, 0, 0], "fov": 40},
@@ -29,7 +29,7 @@ GOOD: dict[str, Any] = {
     "film": {"width": 64, "height": 32},
     "stop": {"kind": "samples", "samples": 8},
 }
-CONSTANT = {"kind": "constant", "min": [0, 0, 0], "max": [1, 1, 1], "sigma_t": 1, "albedo": 0.5}
+CONSTANT = {"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 1, "albedo": 0.5}
 NAN = float("nan")
 
 
@@ -141,10 +141,10 @@ def test_volume_files_are_found_beside_the_scene(tmp_path: Path) -> None:
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(GOOD))
     scene = load(path)
-    assert volume_files(scene) == (str(tmp_path / "cloud.vdb"),)
-    assert volume_files(with_volume_files(scene, lambda file: "sha256:00")) == ("sha256:00",)
+    assert files(scene) == (str(tmp_path / "cloud.vdb"),)
+    assert files(with_files(scene, lambda file: "sha256:00")) == ("sha256:00",)
     path.write_text(changed("volumes.0.file", "sha256:00"))
-    assert volume_files(load(path)) == ("sha256:00",)
+    assert files(load(path)) == ("sha256:00",)
 
 
 def test_a_missing_scene_is_one_sentence(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.formats import Grid, GridInfo, VolumeError, read_grid
 from woodcock.layout import Record, module
-from woodcock.scene import ConstantVolume, GridVolume
+from woodcock.scene import BoxShape, ConstantVolume, GridVolume
 from woodcock.space import Space
 
 GRIDS = module("volume", "grid")
@@ -88,7 +88,7 @@ def test_oracle_is_trilinear() -> None:
 
 
 def test_constant_density() -> None:
-    volume = ConstantVolume(min=(0, 1, 2), max=(1, 3, 5), sigma_t=4, albedo=0.5)
+    volume = ConstantVolume(shape=BoxShape(min=(0, 1, 2), max=(1, 3, 5)), sigma_t=4, albedo=0.5)
     kind = module("volume", "constant")
     assert np.array_equal(kind.density(volume, np.array([[0.5, 2, 3], [0.5, 0.5, 3]])), [4, 0])
     local = kind.record(volume, Space(np.array([0.5, 2, 3.5]), 2))["to_local"]

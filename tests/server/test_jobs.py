@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sqlite3
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
+
+from woodcock import denoise
 
 Make = Callable[..., dict[str, Any]]
 
@@ -45,6 +48,19 @@ def test_a_job_says_what_it_is_and_how_far(client: TestClient, make_scene: Make)
     assert {key: job[key] for key in expected} == expected
 
 
+def test_denoising_is_refused_where_its_extra_is_missing(
+    client: TestClient, make_scene: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    denoise._library.cache_clear()
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
+    answer = submit(client, make_scene(denoise=True))
+    denoise._library.cache_clear()
+    assert answer.status_code == 422
+    (fault,) = answer.json()["errors"]
+    assert fault["field"] == "scene.denoise"
+    assert "pip install 'woodcock[denoise]'" in fault["message"]
+
+
 @pytest.mark.parametrize(
     ("change", "field", "says"),
     [
@@ -52,12 +68,21 @@ def test_a_job_says_what_it_is_and_how_far(client: TestClient, make_scene: Make)
         ({"lights": [{"kind": "constant", "radiance": -1}]}, "scene.lights[0].radiance", "from 0 to 1e30"),
         ({"lights": [{"kind": "lamp"}]}, "scene.lights[0]", "unknown kind"),
         ({"stop": {"kind": "samples", "samples": 1.5}}, "scene.stop.samples", "integer"),
-        ({"volumes": []}, "scene.volumes", "exactly 1"),
+        ({"volumes": []}, "scene", "volumes or surfaces must hold something"),
         ({"colour": "red"}, "scene.colour", "not a known key"),
         (
-            {"volumes": [{"kind": "constant", "min": [0, 0, 0], "max": [1, 1, 1], "sigma_t": -1, "albedo": 1}]},
+            {
+                "volumes": [
+                    {
+                        "kind": "constant",
+                        "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]},
+                        "sigma_t": -1,
+                        "albedo": 1,
+                    }
+                ]
+            },
             "scene.volumes[0].sigma_t",
-            "greater than or equal to 0",
+            "each 0 or more",
         ),
     ],
 )

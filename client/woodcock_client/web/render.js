@@ -52,7 +52,7 @@ export function Render({ id }) {
       </div>
       <div class="side">
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
-        <${Progress} job=${job} />
+        <${Progress} job=${job} report=${report} />
         <${Downloads} job=${job} />
         <${Facts} job=${job} report=${report} devices=${devices} />
       </div>
@@ -119,7 +119,7 @@ function Failure({ job }) {
   `;
 }
 
-function Progress({ job }) {
+function Progress({ job, report }) {
   const { rmse, relative_rmse: relative } = job;
   return html`
     <section aria-label="Progress">
@@ -136,7 +136,9 @@ function Progress({ job }) {
         </div>
       </dl>
       <p class="explain">
-        ${rmse === null
+        ${report?.deterministic
+          ? "Computed without random numbers: the error is at most this, root mean square over the picture."
+          : rmse === null
           ? "The error is estimated from how samples of the same pixel differ, once there are two."
           : html`One standard error of a pixel’s luminance, root mean square over the picture${relative !== null
               ? `: ${percent(relative)} of the mean, ${number(rmse)} in the scene’s unit of radiance`

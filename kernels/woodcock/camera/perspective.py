@@ -10,11 +10,10 @@ FIELDS = {"corner": "vector3", "right": "vector3", "down": "vector3", "origin": 
 
 
 def record(camera: PerspectiveCamera, aspect: float, space: Space) -> dict[str, Array]:
-    """The film as a parallelogram on the plane through the scene's middle (or in front of a camera beyond it)."""
+    """The film as a parallelogram on the plane that anchors the rays."""
     pose = Pose.of(camera, space)
-    depth = pose.depth if pose.depth > 0 else 1.0
-    half_height = depth * np.tan(np.radians(camera.fov) / 2)
-    corner, right, down = pose.film(depth, half_height, aspect)
+    half_height = pose.anchor * np.tan(np.radians(camera.fov) / 2)
+    corner, right, down = pose.film(pose.anchor, half_height, aspect)
     return {"corner": corner, "right": right, "down": down, "origin": pose.origin}
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from woodcock.scene import OrthographicCamera, PerspectiveCamera
+from woodcock.scene import Camera
 from woodcock.space import Array, Space
 
 
@@ -21,11 +21,18 @@ class Pose:
     depth: float
 
     @classmethod
-    def of(cls, camera: PerspectiveCamera | OrthographicCamera, space: Space) -> Pose:
+    def of(cls, camera: Camera, space: Space) -> Pose:
         origin = space.point(np.array(camera.origin))
         forward = _unit(np.array(camera.target) - np.array(camera.origin))
         right = _unit(np.cross(forward, np.array(camera.up)))
         return cls(origin, forward, right, np.cross(right, forward), float(-origin @ forward))
+
+    @property
+    def anchor(self) -> float:
+        """Depth of the plane that anchors the rays of a camera in one point: through the scene's middle, unless the
+        camera is nearer to it than half the scene's size. From there its film would be too small for float32.
+        """
+        return self.depth if self.depth > 0.5 else 1.0
 
     def film(self, depth: float, half_height: float, aspect: float) -> tuple[Array, Array, Array]:
         """Upper left corner, edge to the right and edge downwards of the film's image at a depth."""

@@ -1,7 +1,7 @@
 // A volume's bounds in its local space: from the origin to `size`.
 #include "core/vector.h"
 
-static inline real box_face(real o, real d, float size) {
+static inline real box_face(real o, real d, number size) {
     return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
 }
 
@@ -11,7 +11,7 @@ static inline real box_exit(vector3 size, vector o, vector d) {
     return larger(t, (real)0.f);
 }
 
-static inline void box_slab(real o, real d, float size, real *near, real *far) {
+static inline void box_slab(real o, real d, number size, real *near, real *far) {
     real a = -o / d, b = ((real)size - o) / d;
     mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
     *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));

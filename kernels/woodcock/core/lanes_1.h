@@ -1,7 +1,7 @@
 // Lane types, one lane: plain scalars, for GPUs and for the definition that the wider ones are tested against.
 // A mask is all ones where true and 0 where false at every width, so &, | and ~ mean the same everywhere.
 #define LANES 1
-typedef float real;
+typedef float real, number;
 typedef int integer;
 typedef uint word;
 typedef int mask;

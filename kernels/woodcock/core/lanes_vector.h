@@ -1,6 +1,7 @@
 // Lane types over OpenCL vectors; lanes_4.h, lanes_8.h and lanes_16.h set LANES, lane_index and gather.
 #define LANES_JOIN_(a, b) a##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
+typedef float number;
 typedef LANES_JOIN(float, LANES) real;
 typedef LANES_JOIN(int, LANES) integer;
 typedef LANES_JOIN(uint, LANES) word;

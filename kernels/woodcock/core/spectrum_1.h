@@ -1,7 +1,7 @@
 // Spectra, one channel: a grey scene. `spectrum` holds lanes, `colour` the same for all lanes.
 #define CHANNELS 1
 typedef real spectrum;
-typedef float colour;
+typedef number colour;
 #define spectrum_channel(s, c) (s)
 
 static inline spectrum spectrum_uniform(colour c) { return (real)c; }

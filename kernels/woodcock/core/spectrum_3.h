@@ -1,7 +1,7 @@
 // Spectra, three channels: red, green, blue. `spectrum` holds lanes, `colour` the same for all lanes.
 #define CHANNELS 3
 typedef struct { real channel[3]; } spectrum;
-typedef struct { float r, g, b; } colour;
+typedef struct { number r, g, b; } colour;
 #define spectrum_channel(s, c) ((s).channel[c])
 
 static inline spectrum spectrum_of(real r, real g, real b) {

@@ -1,8 +1,8 @@
 // Three-vectors: `vector` holds lanes, `vector3` and `affine` the same number for all lanes, as the scene's record does.
 typedef struct { real x, y, z; } vector;
-typedef struct { float x, y, z; } vector3;
+typedef struct { number x, y, z; } vector3;
 // Rows of a 3 × 4 matrix, applied to column vectors.
-typedef struct { float xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
+typedef struct { number xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
 
 static inline vector vector_of(real x, real y, real z) {
     vector v = {x, y, z};

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import mmap
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +18,29 @@ MAX_VOXELS = 1 << 30
 
 class VolumeError(ValueError):
     """A file that cannot be read as a volume; the text names the file and what is wrong."""
+
+
+Data: TypeAlias = bytes | mmap.mmap
+
+
+@dataclass(frozen=True)
+class File:
+    """What a reader reads. The bytes are mapped, not loaded: slices are copies, views are not, and no Grid may keep a
+    view, because to look at a mapped file that has been cut short since kills the process."""
+
+    path: Path
+    data: Data
+
+
+def opened(path: Path) -> File:
+    """Raises VolumeError or OSError."""
+    if "\0" in str(path):
+        raise VolumeError("is no name of a file")
+    if path.exists() and not path.is_file():
+        raise VolumeError("is not a file")
+    with path.open("rb") as stream:
+        size = stream.seek(0, os.SEEK_END)
+        return File(path, mmap.mmap(stream.fileno(), size, access=mmap.ACCESS_READ) if size else b"")
 
 
 @dataclass(frozen=True)

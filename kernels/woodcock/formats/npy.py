@@ -1,70 +1,88 @@
 """NumPy's .npy: one array, indexed [z][y][x] or [z][y][x][3], of booleans, integers or floats.
 
 The format is defined in numpy.lib.format: magic, version, length of the header, the header as a Python literal, the
-values. Nothing is ever unpickled. Half, float and unsigned bytes keep their precision (booleans are 0 and 1); every
-other type becomes float.
+values. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
 
 import ast
-import math
 import re
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from woodcock.formats.grid import Grid, GridInfo, VolumeError, check_size, choose, quoted
+from woodcock.formats.dense import NAME, Values, check_shape, info, keep, unit_cube, values_at
+from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose, quoted
 
 MAGIC = b"\x93NUMPY"
 
-#: An array has no name in the file.
-NAME = "density"
-
 _MAX_HEADER = 10_000  # as numpy has it: what a literal costs to parse is not linear in its length
 
+#: Bytes from the beginning that hold any header.
+LONGEST_HEADER = 12 + _MAX_HEADER
 
-def read(data: bytes, name: str | None) -> Grid:
-    """The array in `data`, the whole of a file; it fills the unit cube. Raises VolumeError."""
+
+@dataclass(frozen=True)
+class Header:
+    """What an array is; its values begin at byte `start`."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    fortran_order: bool
+    start: int
+
+
+def recognises(file: File) -> bool:
+    return file.data[: len(MAGIC)] == MAGIC
+
+
+def read(file: File, name: str | None) -> Grid:
+    """The array; it fills the unit cube. Raises VolumeError."""
     choose((NAME,), name)
-    values = _keep(_array(data))
-    z, y, x = values.shape[:3]
-    return Grid(NAME, values, np.diag((1 / x, 1 / y, 1 / z, 1.0)), placed=False)
+    values = keep(array(file.data, header(file.data)))
+    return Grid(NAME, values, unit_cube(values.shape), placed=False)
 
 
-def list_grids(data: bytes) -> tuple[GridInfo, ...]:
+def list_grids(file: File) -> tuple[GridInfo, ...]:
     """The one array; every voxel counts as active. Raises VolumeError."""
-    array = _array(data)
-    z, y, x = array.shape[:3]
-    vector = "" if array.ndim == 3 else "[3]"
-    return (GridInfo(NAME, array.dtype.name + vector, (x, y, z), x * y * z),)
+    found = header(file.data)
+    array(file.data, found)
+    return (info(NAME, found.shape, found.dtype),)
 
 
-def _array(data: bytes) -> npt.NDArray[Any]:
-    """A view of the values, in their own type and order."""
-    shape, dtype, fortran_order, offset = _header(data)
-    check_size(shape[2::-1], "holds")
-    size = math.prod(shape) * dtype.itemsize
-    if len(data) - offset < size:
-        raise VolumeError(f"is cut short: its header announces {size} bytes of values, {len(data) - offset} follow")
-    flat: npt.NDArray[Any] = np.frombuffer(data, dtype, math.prod(shape), offset)
-    return flat.reshape(shape, order="F" if fortran_order else "C")
+def array(data: Data | bytearray, found: Header, offset: int = 0) -> Values:
+    """A view of the values of an array that begins at byte `offset`, in their own type and order."""
+    shape = found.shape
+    check_shape(shape)
+    if found.fortran_order:  # the same bytes are an array in C's order, its indices reversed
+        transposed = values_at(data, offset + found.start, shape[::-1], found.dtype)
+        return transposed.T
+    return values_at(data, offset + found.start, shape, found.dtype)
 
 
-def _header(data: bytes) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    version = data[6:8]
+def header(data: Data | bytearray, offset: int = 0) -> Header:
+    """The header of an array that begins at byte `offset`. Raises VolumeError for one that is no volume."""
+    if data[offset : offset + len(MAGIC)] != MAGIC:
+        raise VolumeError("is no .npy array")
+    version = data[offset + 6 : offset + 8]
     if version not in (b"\x01\x00", b"\x02\x00", b"\x03\x00"):
         raise VolumeError(f"has an unknown .npy version {'.'.join(map(str, version))}")
     start = 10 if version[0] == 1 else 12
-    length = int.from_bytes(data[8:start], "little")
-    if len(data) < start + length:
+    length = int.from_bytes(data[offset + 8 : offset + start], "little")
+    if len(data) < offset + start + length:
         raise VolumeError("is cut short in its .npy header")
     if length > _MAX_HEADER:
         raise VolumeError(f"has a .npy header of {length} bytes, more than {_MAX_HEADER}")
+    text = data[offset + start : offset + start + length].decode("latin-1").strip()
+    return _parsed(text, start + length)
+
+
+def _parsed(text: str, start: int) -> Header:
     try:
-        header = ast.literal_eval(data[start : start + length].decode("latin-1").strip())
-        descr, fortran_order, shape = header["descr"], header["fortran_order"], header["shape"]
+        literal = ast.literal_eval(text)
+        descr, fortran_order, shape = literal["descr"], literal["fortran_order"], literal["shape"]
     except (ValueError, SyntaxError, TypeError, KeyError, MemoryError, RecursionError):
         raise VolumeError("has a damaged .npy header") from None
     if not (isinstance(descr, str) and re.fullmatch(r"[<>|=](b1|[iu][1248]|f[248])", descr)):
@@ -76,19 +94,4 @@ def _header(data: bytes) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
         raise VolumeError(
             f"must be indexed [z][y][x] or [z][y][x][3] and not be empty, but has the shape {shape}"[:200]
         )
-    return shape, np.dtype(descr), bool(fortran_order), start + length
-
-
-def _keep(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """C-contiguous, native, in one of the three types of a Grid."""
-    kind, size = array.dtype.kind, array.dtype.itemsize
-    if kind == "b":  # as bytes first: a damaged file may hold others than 0 and 1
-        return np.ascontiguousarray(array.view(np.uint8) != 0).view(np.uint8)
-    if (kind, size) == ("u", 1):
-        return np.ascontiguousarray(array)
-    kept = np.float16 if (kind, size) == ("f", 2) else np.float32
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = np.ascontiguousarray(array, dtype=kept)
-    if size == 8 and kind == "f" and bool((np.isinf(values) & np.isfinite(array)).any()):
-        raise VolumeError("holds values too large for a 32-bit float")
-    return values
+    return Header(shape, np.dtype(descr), bool(fortran_order), start)

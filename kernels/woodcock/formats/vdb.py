@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from woodcock.formats.grid import Grid, GridInfo, VolumeError, choose, quoted
+from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose, quoted
 from woodcock.formats.vdb_codec import ACTIVE_MASK, BLOSC, ZIP, Cursor, Layout
-from woodcock.formats.vdb_tree import background, dense_values, topology
+from woodcock.formats.vdb_tree import background, dense_values, leaf_values, topology
 
 MAGIC = b" BDV\0\0\0\0"
 
@@ -71,8 +71,13 @@ class _Header:
         return np.frombuffer(value, "<i4").tolist() if kind == "vec3i" and len(value) == 12 else None
 
 
-def read(data: bytes, name: str | None) -> Grid:
-    """The grid `name` of `data`, the whole of a file. Raises VolumeError."""
+def recognises(file: File) -> bool:
+    return file.data[: len(MAGIC)] == MAGIC
+
+
+def read(file: File, name: str | None) -> Grid:
+    """The grid `name`. Raises VolumeError."""
+    data = file.data
     entries = _entries(data)
     entry = entries[choose([entry.name for entry in entries], name)]
     try:
@@ -81,7 +86,7 @@ def read(data: bytes, name: str | None) -> Grid:
         raise VolumeError(f"grid {quoted(entry.name)} {error}") from None
 
 
-def _read(data: bytes, entry: _Entry, entries: list[_Entry]) -> Grid:
+def _read(data: Data, entry: _Entry, entries: list[_Entry]) -> Grid:
     header = _header(data, entry)
     if entry.tree not in _TREES:
         raise VolumeError(f"holds values of type {quoted(_type(entry, header))}; only float and vec3s can be read")
@@ -98,7 +103,7 @@ def _read(data: bytes, entry: _Entry, entries: list[_Entry]) -> Grid:
     stated = source.number("file_voxel_count")
     if stated is not None and stated != tree.voxels:
         raise VolumeError(f"is damaged: it holds {tree.voxels} active voxels, but says {stated}")
-    values, low = dense_values(source.cursor, tree)
+    values, low = dense_values(leaf_values(source.cursor, tree), tree)
     if layout.channels == 1:
         values = values[..., 0]
 
@@ -112,14 +117,14 @@ def _read(data: bytes, entry: _Entry, entries: list[_Entry]) -> Grid:
     return Grid(entry.name, values, index_to_world, placed=True)
 
 
-def list_grids(data: bytes) -> tuple[GridInfo, ...]:
+def list_grids(file: File) -> tuple[GridInfo, ...]:
     """All grids; of those that `read` refuses the shape and the number of voxels that their metadata states, or 0.
     Raises VolumeError."""
-    entries = _entries(data)
-    return tuple(_info(data, entry, entries) for entry in entries)
+    entries = _entries(file.data)
+    return tuple(_info(file.data, entry, entries) for entry in entries)
 
 
-def _info(data: bytes, entry: _Entry, entries: list[_Entry]) -> GridInfo:
+def _info(data: Data, entry: _Entry, entries: list[_Entry]) -> GridInfo:
     header = _header(data, entry)
     if entry.tree in _TREES and header.index_to_world is not None:
         source = _source(data, entry, header, entries)
@@ -137,7 +142,7 @@ def _type(entry: _Entry, header: _Header) -> str:
     return {"float": "half", "vec3s": "vec3h"}.get(value, value) if header.half else value
 
 
-def _source(data: bytes, entry: _Entry, header: _Header, entries: list[_Entry]) -> _Header:
+def _source(data: Data, entry: _Entry, header: _Header, entries: list[_Entry]) -> _Header:
     """The header of the grid whose tree this one uses: its own, unless it is an instance."""
     if not entry.parent:
         return header
@@ -151,7 +156,7 @@ def _source(data: bytes, entry: _Entry, header: _Header, entries: list[_Entry]) 
     )
 
 
-def _entries(data: bytes) -> list[_Entry]:
+def _entries(data: Data) -> list[_Entry]:
     cursor = Cursor(data, len(MAGIC))
     version = cursor.uint32()
     if version not in VERSIONS:
@@ -178,7 +183,7 @@ def _entries(data: bytes) -> list[_Entry]:
     return entries
 
 
-def _header(data: bytes, entry: _Entry) -> _Header:
+def _header(data: Data, entry: _Entry) -> _Header:
     cursor = Cursor(data, entry.position)
     compression = cursor.uint32()
     if compression & ~(ZIP | ACTIVE_MASK | BLOSC):

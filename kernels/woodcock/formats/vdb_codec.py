@@ -15,7 +15,7 @@ import blosc
 import numpy as np
 import numpy.typing as npt
 
-from woodcock.formats.grid import VolumeError
+from woodcock.formats.grid import Data, VolumeError
 
 # The buffers of a file are a few kilobytes each: handing them to threads costs more than unpacking them.
 blosc.set_nthreads(1)
@@ -31,19 +31,22 @@ _WITH_MASK = (3, MASK_AND_ONE_INACTIVE, MASK_AND_TWO_INACTIVE)
 class Cursor:
     """A position in the bytes of a file that cannot leave them."""
 
-    def __init__(self, data: bytes, position: int = 0) -> None:
+    def __init__(self, data: Data, position: int = 0) -> None:
         self.data = data
         self.position = position
 
     def take(self, size: int) -> bytes:
+        start = self.position
+        self.skip(size)
+        return self.data[start : self.position]
+
+    def skip(self, size: int) -> None:
         end = self.position + size
         if not self.position <= end <= len(self.data):
             raise VolumeError(
                 f"is damaged or cut short: {size} bytes are due at byte {self.position} of {len(self.data)}"
             )
-        taken = self.data[self.position : end]
         self.position = end
-        return taken
 
     def byte(self) -> int:
         return self.take(1)[0]
@@ -129,7 +132,7 @@ def _unpack(cursor: Cursor, layout: Layout, count: int) -> npt.NDArray[Any]:
     chunk = cursor.take(length)
     if size == 0:
         return np.empty(0, layout.dtype)
-    return np.frombuffer(_blosc(chunk, size) if packed & BLOSC else _zip(chunk, size), layout.dtype)
+    return np.frombuffer(unpack_blosc(chunk, size) if packed & BLOSC else _zip(chunk, size), layout.dtype)
 
 
 def _zip(chunk: bytes, size: int) -> bytes:
@@ -143,7 +146,8 @@ def _zip(chunk: bytes, size: int) -> bytes:
     return unpacked
 
 
-def _blosc(chunk: bytes, size: int) -> bytes:
+def unpack_blosc(chunk: bytes, size: int) -> bytes:
+    """The `size` bytes that one blosc buffer holds. Raises VolumeError."""
     # blosc believes the size in the buffer's own header and allocates it: check first.
     if len(chunk) < 16:
         raise VolumeError("is damaged: a blosc buffer is shorter than its header")

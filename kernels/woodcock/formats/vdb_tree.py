@@ -17,8 +17,8 @@ from woodcock.formats.grid import MAX_VOXELS, VolumeError, check_size
 from woodcock.formats.vdb_codec import Cursor, Layout, node_values
 
 LEAF, LOWER, UPPER = 3, 4, 5  # log2 of a node's width in children; a leaf's children are voxels
-_SPAN = {LOWER: 1 << LEAF, UPPER: 1 << (LEAF + LOWER)}  # voxels along the edge of a child
-_ROOT_SPAN = 1 << (LEAF + LOWER + UPPER)
+SPAN = {LOWER: 1 << LEAF, UPPER: 1 << (LEAF + LOWER)}  # voxels along the edge of a child
+ROOT_SPAN = 1 << (LEAF + LOWER + UPPER)
 
 Positions = npt.NDArray[np.int64]  # (n, 3)
 Masks = npt.NDArray[np.uint8]  # (n, 64): byte 8x + y, bit z
@@ -84,7 +84,7 @@ def topology(cursor: Cursor, layout: Layout, *, dense: bool) -> Tree:
     tile = np.dtype([("origin", "<i4", 3), ("value", "<f4", (layout.channels,)), ("active", "u1")])
     tiles = cursor.array(tile, tile_count)
     seen = set(map(tuple, tiles["origin"].tolist()))
-    _add_tiles(tree, tiles["origin"].astype(np.int64), _ROOT_SPAN, tiles["value"], tiles["active"] != 0, dense)
+    add_tiles(tree, tiles["origin"].astype(np.int64), ROOT_SPAN, tiles["value"], tiles["active"] != 0, dense)
 
     origins: list[Positions] = []
     masks: list[Masks] = []
@@ -92,7 +92,7 @@ def topology(cursor: Cursor, layout: Layout, *, dense: bool) -> Tree:
     for _ in range(child_count):
         origin = cursor.array("<i4", 3).astype(np.int64)
         key = tuple(origin.tolist())
-        if any(n % _ROOT_SPAN for n in key) or key in seen or key <= last:
+        if any(n % ROOT_SPAN for n in key) or key in seen or key <= last:
             raise VolumeError(f"is damaged: a branch of the tree lies at {key}")
         last = key
         for upper in _internal(cursor, tree, origin, UPPER, dense):
@@ -100,13 +100,18 @@ def topology(cursor: Cursor, layout: Layout, *, dense: bool) -> Tree:
             origins.append(leaves)
             masks.append(cursor.array(np.uint8, 64 * len(leaves)).reshape(-1, 64))
     if origins:
-        tree.origins, tree.masks = np.concatenate(origins), np.concatenate(masks)
-        tree.voxels += int(np.bitwise_count(tree.masks).sum(dtype=np.int64))
-        for box in (tree.active, tree.content):
-            box.add_voxels(tree.origins, tree.masks)
+        add_leaves(tree, np.concatenate(origins), np.concatenate(masks))
     if dense:
         check_size(tree.content.shape, "spans")
     return tree
+
+
+def add_leaves(tree: Tree, origins: Positions, masks: Masks) -> None:
+    """All the leaves there are."""
+    tree.origins, tree.masks = origins, masks
+    tree.voxels += int(np.bitwise_count(masks).sum(dtype=np.int64))
+    for box in (tree.active, tree.content):
+        box.add_voxels(origins, masks)
 
 
 def _internal(cursor: Cursor, tree: Tree, origin: Positions, log2: int, dense: bool) -> Positions:
@@ -115,18 +120,18 @@ def _internal(cursor: Cursor, tree: Tree, origin: Positions, log2: int, dense: b
     child, active = cursor.bits(count), cursor.bits(count)
     values = node_values(cursor, tree.layout, active)
     tiles = np.flatnonzero(~child & (active | (values != 0).any(axis=1)))
-    _add_tiles(tree, _places(origin, tiles, log2), _SPAN[log2], values[tiles], active[tiles], dense)
-    return _places(origin, np.flatnonzero(child), log2)
+    add_tiles(tree, places_of(origin, tiles, log2), SPAN[log2], values[tiles], active[tiles], dense)
+    return places_of(origin, np.flatnonzero(child), log2)
 
 
-def _places(origin: Positions, children: npt.NDArray[np.intp], log2: int) -> Positions:
+def places_of(origin: Positions, children: npt.NDArray[np.intp], log2: int) -> Positions:
     mask = (1 << log2) - 1
     xyz = np.stack([children >> 2 * log2, children >> log2 & mask, children & mask], axis=1)
-    places: Positions = origin + xyz * _SPAN[log2]
+    places: Positions = origin + xyz * SPAN[log2]
     return places
 
 
-def _add_tiles(
+def add_tiles(
     tree: Tree,
     origins: Positions,
     span: int,
@@ -146,10 +151,10 @@ def _add_tiles(
             tree.tiles.append((origins[filled], span, values[filled]))
 
 
-def dense_values(cursor: Cursor, tree: Tree) -> tuple[npt.NDArray[Any], list[int]]:
-    """Reads the leaves' buffers; all values as [z][y][x][channel], one voxel of background on every side of the
-    content, and the position (x, y, z) of the first. A tree without content gives one voxel."""
-    leaves = _leaf_values(cursor, tree)
+def dense_values(leaves: npt.NDArray[Any], tree: Tree) -> tuple[npt.NDArray[Any], list[int]]:
+    """All values as [z][y][x][channel], one voxel of background on every side of the content, and the position
+    (x, y, z) of the first. `leaves` (n, 512, channels) are those of `tree.origins`. A tree without content gives one
+    voxel."""
     filled = (leaves != 0).any(axis=2)
     tree.content.add_voxels(tree.origins, np.packbits(filled, axis=1, bitorder="little"))
     low = [n - 1 for n in tree.content.low] or [0, 0, 0]
@@ -174,11 +179,9 @@ def dense_values(cursor: Cursor, tree: Tree) -> tuple[npt.NDArray[Any], list[int
     return values, low
 
 
-def _leaf_values(cursor: Cursor, tree: Tree) -> npt.NDArray[Any]:
-    """(leaves, 512, channels)"""
-    if len(tree.masks) * 512 > MAX_VOXELS:
-        raise VolumeError(f"has {len(tree.masks)} leaf nodes of 512 voxels, more than {MAX_VOXELS} voxels together")
-    values = np.empty((len(tree.masks), 512, tree.layout.channels), tree.layout.dtype)
+def leaf_values(cursor: Cursor, tree: Tree) -> npt.NDArray[Any]:
+    """Reads on from the topology: (leaves, 512, channels)."""
+    values = room_for_leaves(tree)
     for leaf, mask in enumerate(tree.masks):
         if cursor.take(64) != mask.tobytes():
             raise VolumeError(
@@ -187,3 +190,10 @@ def _leaf_values(cursor: Cursor, tree: Tree) -> npt.NDArray[Any]:
         active = np.unpackbits(mask, bitorder="little").view(np.bool_)
         values[leaf] = node_values(cursor, tree.layout, active)
     return values
+
+
+def room_for_leaves(tree: Tree) -> npt.NDArray[Any]:
+    """(leaves, 512, channels), not yet filled."""
+    if len(tree.masks) * 512 > MAX_VOXELS:
+        raise VolumeError(f"has {len(tree.masks)} leaf nodes of 512 voxels, more than {MAX_VOXELS} voxels together")
+    return np.empty((len(tree.masks), 512, tree.layout.channels), tree.layout.dtype)

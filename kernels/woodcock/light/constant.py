@@ -7,6 +7,8 @@ from woodcock.space import Array, Space
 
 FIELDS = {"radiance": "colour"}
 ON_ESCAPE = True
+SAMPLED = False
+LOCAL = False
 
 
 def strength(light: ConstantLight) -> Array:

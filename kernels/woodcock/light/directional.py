@@ -7,6 +7,8 @@ from woodcock.space import Array, Space
 
 FIELDS = {"towards": "vector3", "irradiance": "colour"}
 ON_ESCAPE = False
+SAMPLED = True
+LOCAL = False
 
 
 def strength(light: DirectionalLight) -> Array:

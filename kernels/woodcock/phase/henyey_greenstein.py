@@ -7,9 +7,18 @@ from woodcock.space import Array
 
 FIELDS = {"g": "float", "gap": "float"}
 
+#: Lobes beyond are taken as straight on; see `compose.delta_fraction`.
+NARROWEST = 0.9999
+
+
+def lobe(g: float) -> tuple[float, float]:
+    """g and 1 - |g| as device code takes them, |g| at most NARROWEST."""
+    bounded = max(-NARROWEST, min(g, NARROWEST))
+    return bounded, 1 - abs(bounded)
+
 
 def record(phase: HenyeyGreensteinPhase) -> dict[str, float]:
-    return {"g": phase.g, "gap": 1 - abs(phase.g)}
+    return dict(zip(FIELDS, lobe(phase.g), strict=True))
 
 
 def evaluate(phase: HenyeyGreensteinPhase, cosine: Array) -> Array:

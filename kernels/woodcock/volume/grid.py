@@ -33,19 +33,26 @@ def to_scene(volume: GridVolume, grid: Grid) -> Array:
 
 def check_info(info: GridInfo) -> None:
     """Raises VolumeError for a grid that cannot be a density by what its file says of it."""
-    if info.type.startswith("vec") or info.type.endswith("[3]"):
-        raise VolumeError(f"grid {info.name!r} holds vectors; a density is a scalar grid")
     if info.voxels == 0:
-        raise VolumeError(f"grid {info.name!r} is empty; a density needs a voxel above 0")
+        raise VolumeError(_empty(info.name))
     if math.prod(info.shape) > MAX_VOXELS:
         size = " × ".join(map(str, info.shape))
         raise VolumeError(f"grid {info.name!r} spans {size} voxels; {MAX_VOXELS} are the most")
 
 
 def check(grid: Grid, file: str) -> float:
-    """The largest density. Raises VolumeError for densities that are negative, not finite, or nowhere above 0."""
-    if grid.values.ndim != 3:
-        raise VolumeError(f"{file}: grid {grid.name!r} holds vectors; a density is a scalar grid")
+    """The largest density, of any channel. Raises VolumeError for densities that are negative, not finite, or nowhere
+    above 0."""
+    high = check_values(grid, file, "densities")
+    if high == 0:
+        raise VolumeError(f"{file}: {_empty(grid.name)}")
+    return high
+
+
+def check_values(grid: Grid, file: str, what: str, most: float = np.inf, *, colours: bool = True) -> float:
+    """The largest value, of any channel. Raises VolumeError for ones that are negative, not finite or above `most`."""
+    if grid.values.ndim == 4 and not (colours and grid.values.shape[3] == 3):
+        raise VolumeError(f"{file}: grid {grid.name!r} holds vectors; {what} are numbers")
     low, high = float(grid.values.min()), float(grid.values.max())
     if not (np.isfinite(low) and np.isfinite(high)):
         raise VolumeError(
@@ -53,15 +60,21 @@ def check(grid: Grid, file: str) -> float:
         )
     if low < 0:
         raise VolumeError(
-            f"{file}: grid {grid.name!r} holds negative densities, down to {low:g}{_where(grid.values == low)}"
+            f"{file}: grid {grid.name!r} holds negative {what}, down to {low:g}{_where(grid.values == low)}"
         )
-    if high == 0:
-        raise VolumeError(f"{file}: grid {grid.name!r} is empty; a density needs a voxel above 0")
+    if high > most:
+        raise VolumeError(
+            f"{file}: grid {grid.name!r} holds {what} above {most:g}, up to {high:g}{_where(grid.values == high)}"
+        )
     return high
 
 
+def _empty(name: str) -> str:
+    return f"grid {name!r} is empty; a density needs a voxel above 0"
+
+
 def _where(mask: NDArray[np.bool_]) -> str:
-    z, y, x = np.unravel_index(int(np.argmax(mask)), mask.shape)
+    z, y, x = np.unravel_index(int(np.argmax(mask)), mask.shape)[:3]
     return f", first at voxel ({x}, {y}, {z})"
 
 
@@ -104,16 +117,26 @@ def record(volume: GridVolume, grid: Grid, largest: float, space: Space) -> dict
 
 
 def density(volume: GridVolume, grid: Grid, points: Array) -> Array:
-    """Float64 oracle: σ_t at points (..., 3) of the scene, 0 outside."""
-    local = np.linalg.inv(to_scene(volume, grid))
+    """Float64 oracle: σ_t at points (..., 3) of the scene, 0 outside; (..., 3) for a grid or a scale of colours."""
+    values = interpolated(grid, to_scene(volume, grid), points, nearest=volume.interpolation == "nearest")
+    if isinstance(volume.scale, tuple) and grid.values.ndim == 3:
+        values = values[..., None]
+    return np.asarray(values * np.array(volume.scale))
+
+
+def interpolated(grid: Grid, placement: Array, points: Array, *, nearest: bool = False) -> Array:
+    """Float64 oracle: a grid's values at points (..., 3), placed by (4, 4) from its voxels; 0 outside."""
+    local = np.linalg.inv(placement)
     p = points @ local[:3, :3].T + local[:3, 3]
-    size = np.array(grid.values.shape[::-1])
+    size = np.array(grid.values.shape[2::-1])
     inside = np.all((p >= 0) & (p <= size), axis=-1)
-    base = np.floor(p - 0.5)
-    fraction = p - 0.5 - base
-    total = np.zeros(points.shape[:-1])
+    base = np.floor(p if nearest else p - 0.5)
+    fraction = np.zeros_like(p) if nearest else p - 0.5 - base
+    channels = grid.values.shape[3:]
+    total = np.zeros((*points.shape[:-1], *channels))
     for corner in np.ndindex(2, 2, 2):
         x, y, z = np.moveaxis(np.clip(base + corner, 0, size - 1).astype(int), -1, 0)
         weight = np.prod(np.where(np.array(corner) == 1, fraction, 1 - fraction), axis=-1)
-        total += weight * grid.values[z, y, x].astype(np.float64)
-    return np.where(inside, volume.scale * total, 0.0)
+        weight = np.where(inside, weight, 0.0)
+        total += weight.reshape(weight.shape + (1,) * len(channels)) * grid.values[z, y, x].astype(np.float64)
+    return total

@@ -74,7 +74,7 @@ async def follow_job(row: Existing, services: Provided) -> AsyncIterator[ServerS
 
 @router.get("/{id}/image.exr", response_class=FileResponse, responses=problem_schema(404))
 def get_image(row: Existing, services: Provided) -> FileResponse:
-    """The picture: beauty, variance and sample count as layers of an EXR."""
+    """The picture, an EXR: beauty, the layers that the scene asks for, variance and sample count."""
     path = _result(row, services, "image.exr", summary(row).links.image)
     return FileResponse(path, media_type="image/x-exr")
 

@@ -1,4 +1,4 @@
-"""An encoder of OpenVDB files that can write what the library can read but will not write, and the library itself."""
+"""Encoders of OpenVDB and NanoVDB files, written apart from the readers, and the OpenVDB library itself."""
 
 from __future__ import annotations
 
@@ -164,3 +164,140 @@ def openvdb() -> Callable[..., None]:
         assert done.returncode == 0, done.stderr
 
     return run
+
+
+# Where things stand in a grid of NanoVDB 32.x, after `pnanovdb_grid_type_constants` of PNanoVDB.h. By type: its number,
+# background in the root, size of the root, size of a table's entry, values of a leaf, size of a leaf.
+NANOVDB = {
+    "float": (1, 28, 64, 8, 96, 2144),
+    "double": (2, 32, 96, 8, 128, 4224),
+    "vec3f": (6, 28, 96, 16, 128, 6272),
+    "half": (9, 28, 64, 8, 96, 1120),
+    "fp4": (13, 28, 64, 8, 96, 352),
+    "fp8": (14, 28, 64, 8, 96, 608),
+    "fp16": (15, 28, 64, 8, 96, 1120),
+    "fpN": (16, 28, 64, 8, 96, None),
+}
+
+
+@dataclass
+class NanoVdbGrid:
+    """`leaves` and `tiles` as in VdbGrid. A leaf of a type fpN takes 1, 2, 4, 8 or 16 bits a value, in turn."""
+
+    type: str
+    leaves: dict[Position, tuple[Array, Array]]
+    tiles: dict[tuple[Position, int], tuple[float, bool]] = field(default_factory=dict)
+    name: str = "density"
+    matrix: Array = field(default_factory=lambda: MATRIX)
+    grid_class: int = 2
+    background: float = 0.0
+
+    @property
+    def dtype(self) -> str:
+        return {"double": "<f8", "half": "<f2"}.get(self.type, "<f4")
+
+    def voxels(self) -> int:
+        return sum(len(corners) for corners in self.active())
+
+    def box(self) -> tuple[Position, Position]:
+        every = np.concatenate(self.active())
+        return tuple(every.min(axis=0).tolist()), tuple(every.max(axis=0).tolist())
+
+    def active(self) -> list[Array]:
+        """Positions of the active voxels."""
+        edges = {5: 128, 4: 8}
+        tiles = [np.array(at) + np.argwhere(np.ones([edges[n]] * 3)) for (at, n), (_, on) in self.tiles.items() if on]
+        return tiles + [np.array(at) + np.argwhere(on.reshape(8, 8, 8)) for at, (_, on) in self.leaves.items()]
+
+    def leaf(self, values: Array, active: Array, number: int) -> bytes:
+        table, size = NANOVDB[self.type][4:]
+        head = bytearray(table)
+        head[16:80] = bits(active)
+        if not self.type.startswith("fp"):
+            return bytes(head) + values.astype(self.dtype).tobytes()
+        width = 1 << number % 5 if self.type == "fpN" else int(self.type[2:])
+        low = np.float32(values.min())
+        quantum = np.float32((values.max() - low) / ((1 << width) - 1) or 1)
+        head[15], head[80:88] = (width.bit_length() - 1) << 5, struct.pack("<2f", low, quantum)
+        packed = bytearray(64 * width)
+        for n, value in enumerate(values[:, 0]):
+            code = round(float((value - low) / quantum))
+            for byte in range(max(1, width // 8)):
+                packed[n * width // 8 + byte] |= (code >> 8 * byte & 255) << n * width % 8
+        assert size is None or size == table + len(packed)
+        return bytes(head + packed)
+
+    def node(self, origin: Position, log2: int, below: dict[Position, int], start: int) -> bytes:
+        """An inner node at byte `start`; `below`: where the nodes of the next level are, by their origins."""
+        edge, count, stride = {5: 128, 4: 8}[log2], 1 << 3 * log2, NANOVDB[self.type][3]
+        child, active, table = np.zeros(count, bool), np.zeros(count, bool), bytearray(count * stride)
+        for place, address in below.items():
+            if inside(place, origin, edge << log2):
+                n = index(place, origin, edge, log2)
+                child[n] = True
+                table[n * stride : n * stride + 8] = struct.pack("<q", address - start)
+        for (place, level), (value, on) in self.tiles.items():
+            if level == log2 and inside(place, origin, edge << log2):
+                n = index(place, origin, edge, log2)
+                active[n] = on
+                raw = np.full(3 if stride == 16 else 1, value, self.dtype).tobytes()
+                table[n * stride : n * stride + len(raw)] = raw
+        return (bytes(32) + bits(active) + bits(child)).ljust({5: 8256, 4: 1088}[log2], b"\0") + bytes(table)
+
+    def encode(self, version: int = 32 << 21 | 6 << 10) -> bytes:
+        kind, background, root_size, stride, *_ = NANOVDB[self.type]
+
+        def around(edge: int, *levels: int) -> list[Position]:
+            places = [*self.leaves, *(place for place, level in self.tiles if level in levels)]
+            return sorted({tuple(n // edge * edge for n in place) for place in places})
+
+        roots, lowers = around(4096, 5, 4), around(128, 4)
+        at = 736 + root_size + 32 * (len(roots) + 1)  # and one empty tile
+        sizes = [{5: 8256, 4: 1088}[log2] + (stride << 3 * log2) for log2 in (5, 4)]
+        upper_at = {place: at + n * sizes[0] for n, place in enumerate(roots)}
+        lower_at = {place: at + len(roots) * sizes[0] + n * sizes[1] for n, place in enumerate(lowers)}
+        leaf_at, leaves = {}, b""
+        end = at + len(roots) * sizes[0] + len(lowers) * sizes[1]
+        for number, (place, (values, active)) in enumerate(self.leaves.items()):
+            leaf_at[place] = end + len(leaves)
+            leaves += self.leaf(values, active, number)
+        low, high = self.box()
+        root = bytearray(struct.pack("<6iI", *low, *high, len(roots) + 1).ljust(root_size, b"\0"))
+        root[background : background + 4] = np.array([self.background, 0], self.dtype).tobytes()[:4]
+        for place in [(8192, -4096, 0), *roots]:
+            key = sum((n >> 12 & (1 << 20) - 1) << shift for n, shift in zip(place, (42, 21, 0), strict=True))
+            root += struct.pack("<Qq", key, upper_at.get(place, 736) - 736).ljust(32, b"\0")
+        nodes = b"".join(self.node(place, 5, lower_at, upper_at[place]) for place in roots)
+        nodes += b"".join(self.node(place, 4, leaf_at, lower_at[place]) for place in lowers)
+        total = 736 + len(root) + len(nodes) + len(leaves)
+        head = struct.pack("<8sQ2I2IQ256s", b"NanoVDB1", 0, version, 0, 0, 1, total, self.name.encode())
+        head = head.ljust(384, b"\0") + self.matrix[:3, :3].astype("<f8").tobytes() + bytes(72)
+        head += self.matrix[:3, 3].astype("<f8").tobytes()
+        head = head.ljust(632, b"\0") + struct.pack("<2I", self.grid_class, kind)
+        tree = struct.pack("<4Q6IQ", 0, 0, 0, 64, len(self.leaves), len(lowers), len(roots), 0, 0, 0, self.voxels())
+        return head.ljust(672, b"\0") + tree + bytes(root) + nodes + leaves
+
+
+def encode_nanovdb(*grids: NanoVdbGrid, codec: int = 0, magic: bytes = b"NanoVDB2", version: int = 32 << 21) -> bytes:
+    """One segment."""
+    head, body = struct.pack("<8sI2H", magic, version, len(grids), codec), b""
+    for grid in grids:
+        data = grid.encode()
+        packed = [data, zlib.compress(data), blosc.compress(data, typesize=4, cname="lz4")][codec]
+        packed = (struct.pack("<Q", len(packed)) if codec else b"") + packed
+        low, high = grid.box()
+        sizes = struct.pack("<4Q2I", len(data), len(packed), 0, grid.voxels(), NANOVDB[grid.type][0], grid.grid_class)
+        head += sizes + struct.pack("<6d6i3d", *[0.0] * 6, *low, *high, *[1.0] * 3)
+        head += struct.pack("<I7I2HI", len(grid.name) + 1, *[0] * 7, codec, 0, version) + grid.name.encode() + b"\0"
+        body += packed
+    return head + body
+
+
+@pytest.fixture(scope="session")
+def nanovdb_grid() -> type[NanoVdbGrid]:
+    return NanoVdbGrid
+
+
+@pytest.fixture(scope="session")
+def nanovdb_file() -> Callable[..., bytes]:
+    return encode_nanovdb

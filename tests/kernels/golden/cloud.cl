@@ -5,6 +5,7 @@
 // Lane types over OpenCL vectors; lanes_4.h, lanes_8.h and lanes_16.h set LANES, lane_index and gather.
 #define LANES_JOIN_(a, b) a##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
+typedef float number;
 typedef LANES_JOIN(float, LANES) real;
 typedef LANES_JOIN(int, LANES) integer;
 typedef LANES_JOIN(uint, LANES) word;
@@ -107,9 +108,9 @@ static inline real unit_deep(word w) { return unit(w) * 0x1p-24f; }
 #line 1 "core/vector.h"
 // Three-vectors: `vector` holds lanes, `vector3` and `affine` the same number for all lanes, as the scene's record does.
 typedef struct { real x, y, z; } vector;
-typedef struct { float x, y, z; } vector3;
+typedef struct { number x, y, z; } vector3;
 // Rows of a 3 × 4 matrix, applied to column vectors.
-typedef struct { float xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
+typedef struct { number xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
 
 static inline vector vector_of(real x, real y, real z) {
     vector v = {x, y, z};
@@ -147,7 +148,7 @@ static inline vector affine_direction(__constant const affine *m, vector d) {
 // Spectra, one channel: a grey scene. `spectrum` holds lanes, `colour` the same for all lanes.
 #define CHANNELS 1
 typedef real spectrum;
-typedef float colour;
+typedef number colour;
 #define spectrum_channel(s, c) (s)
 
 static inline spectrum spectrum_uniform(colour c) { return (real)c; }
@@ -251,7 +252,7 @@ static inline spectrum light_constant_radiance(__constant const struct light_con
     return spectrum_uniform(light->radiance);
 }
 #line 1 "generated"
-struct world { __constant const struct scene *scene; __global const density_storage *density; };
+struct world { __constant const struct scene *scene; __global const uchar *density; };
 #line 1 "generated"
 static inline void camera_ray(const struct world *world, real u, real v, vector *anchor, vector *direction,
                               real *start) {
@@ -315,7 +316,7 @@ static inline mask next_event_start(next_event *event, const struct world *world
 // A volume's bounds in its local space: from the origin to `size`.
 
 
-static inline real box_face(real o, real d, float size) {
+static inline real box_face(real o, real d, number size) {
     return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
 }
 
@@ -325,7 +326,7 @@ static inline real box_exit(vector3 size, vector o, vector d) {
     return larger(t, (real)0.f);
 }
 
-static inline void box_slab(real o, real d, float size, real *near, real *far) {
+static inline void box_slab(real o, real d, number size, real *near, real *far) {
     real a = -o / d, b = ((real)size - o) / d;
     mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
     *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));
@@ -465,7 +466,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
 }
 #line 1 "generated"
 
-__kernel void render(__constant const struct scene *scene, __global const density_storage *density, __global float *film, __global uint *faults, uint first, uint samples) {
+__kernel void render(__constant const struct scene *scene, __global const uchar *density, __global float *film, __global uint *faults, uint first, uint samples) {
     const struct world world = {scene, density};
     volumetric_path(&world, film, faults, first, samples);
 }

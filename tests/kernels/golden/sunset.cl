@@ -5,6 +5,7 @@
 // Lane types over OpenCL vectors; lanes_4.h, lanes_8.h and lanes_16.h set LANES, lane_index and gather.
 #define LANES_JOIN_(a, b) a##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
+typedef float number;
 typedef LANES_JOIN(float, LANES) real;
 typedef LANES_JOIN(int, LANES) integer;
 typedef LANES_JOIN(uint, LANES) word;
@@ -107,9 +108,9 @@ static inline real unit_deep(word w) { return unit(w) * 0x1p-24f; }
 #line 1 "core/vector.h"
 // Three-vectors: `vector` holds lanes, `vector3` and `affine` the same number for all lanes, as the scene's record does.
 typedef struct { real x, y, z; } vector;
-typedef struct { float x, y, z; } vector3;
+typedef struct { number x, y, z; } vector3;
 // Rows of a 3 × 4 matrix, applied to column vectors.
-typedef struct { float xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
+typedef struct { number xx, xy, xz, x0, yx, yy, yz, y0, zx, zy, zz, z0; } affine;
 
 static inline vector vector_of(real x, real y, real z) {
     vector v = {x, y, z};
@@ -147,7 +148,7 @@ static inline vector affine_direction(__constant const affine *m, vector d) {
 // Spectra, three channels: red, green, blue. `spectrum` holds lanes, `colour` the same for all lanes.
 #define CHANNELS 3
 typedef struct { real channel[3]; } spectrum;
-typedef struct { float r, g, b; } colour;
+typedef struct { number r, g, b; } colour;
 #define spectrum_channel(s, c) ((s).channel[c])
 
 static inline spectrum spectrum_of(real r, real g, real b) {
@@ -247,8 +248,10 @@ static inline real majorant_global_mean_free_path(__constant const struct majora
     return (real)majorant->mean_free_path;
 }
 #line 1 "phase/henyey_greenstein.h"
-// Henyey & Greenstein, "Diffuse radiation in the galaxy", ApJ 93, 1941. Written in the versine from the axis of the peak,
-// m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the peak, these do neither.
+// Henyey & Greenstein, "Diffuse radiation in the galaxy", ApJ 93, 1941.
+#line 1 "phase/lobe_henyey_greenstein.h"
+// A Henyey–Greenstein lobe by its numbers, for every phase function that is made of such. Written in the versine from the
+// axis of the peak, m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the peak, these do neither.
 // gap = 1 - |g|, computed in float64 on the host.
 #line 1 "core/warp.h"
 #line 1 "core/frame.h"
@@ -284,24 +287,32 @@ static inline vector warp_around(vector axis, real versine, real azimuth) {
     sincos_turns(azimuth, &sine, &cosine);
     return vector_normalize(frame_to_world(axis, radius * cosine, radius * sine, 1.f - versine));
 }
-#line 5 "phase/henyey_greenstein.h"
+#line 5 "phase/lobe_henyey_greenstein.h"
 
 // p = (1 - g²) / 4π (1 + g² - 2 g cos θ)^(3/2), with 1 + g² - 2 g cos θ = gap² + 2 |g| m and m = |in ∓ out|² / 2.
-static inline real phase_henyey_greenstein_eval(__constant const struct phase_henyey_greenstein *phase, vector in, vector out) {
-    vector chord = vector_along(in, (real)-copysign(1.f, phase->g), out);
-    real squared = phase->gap * phase->gap + fabs(phase->g) * vector_dot(chord, chord);
-    return 0.0795774715f * phase->gap * (1.f + fabs(phase->g)) / (squared * sqrt(squared));
+static inline real lobe_henyey_greenstein_at(float g, float gap, vector in, vector out) {
+    vector chord = vector_along(in, (real)-copysign(1.f, g), out);
+    real squared = gap * gap + fabs(g) * vector_dot(chord, chord);
+    return 0.0795774715f * gap * (1.f + fabs(g)) / (squared * sqrt(squared));
 }
 
-// The textbook inverse of the distribution function, solved for m:
-// m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)².
+// The direction beyond which lies the share u of the lobe, seen from the peak, 0 <= u <= 1 and rest = 1 - u: the textbook
+// inverse of the distribution function, solved for m: m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)².
+static inline vector lobe_henyey_greenstein_around(real g, real gap, vector in, real u, real rest, real v) {
+    real side = copysign((real)1.f, g), size = fabs(g);
+    real ratio = gap / (gap + 2.f * size * u);
+    real m = 2.f * ratio * ratio * rest * (1.f + size * u);
+    return warp_around(vector_of(in.x * side, in.y * side, in.z * side), smaller(m, (real)2.f), v);
+}
+#line 3 "phase/henyey_greenstein.h"
+
+static inline real phase_henyey_greenstein_eval(__constant const struct phase_henyey_greenstein *phase, vector in, vector out) {
+    return lobe_henyey_greenstein_at(phase->g, phase->gap, in, out);
+}
+
 static inline vector phase_henyey_greenstein_sample(__constant const struct phase_henyey_greenstein *phase, vector in,
                                                     real u, real v) {
-    float side = copysign(1.f, phase->g), g = fabs(phase->g);
-    real ratio = phase->gap / (phase->gap + 2.f * g * u);
-    real m = 2.f * ratio * ratio * (1.f - u) * (1.f + g * u);
-    vector axis = vector_of(in.x * side, in.y * side, in.z * side);
-    return warp_around(axis, smaller(m, (real)2.f), v);
+    return lobe_henyey_greenstein_around((real)phase->g, (real)phase->gap, in, u, 1.f - u, v);
 }
 
 static inline real phase_henyey_greenstein_pdf(__constant const struct phase_henyey_greenstein *phase, vector in, vector out) {
@@ -325,7 +336,7 @@ static inline vector light_directional_sample(__constant const struct light_dire
     return vector_uniform(light->towards);
 }
 #line 1 "generated"
-struct world { __constant const struct scene *scene; __global const density_storage *density; };
+struct world { __constant const struct scene *scene; __global const uchar *density; };
 #line 1 "generated"
 static inline void camera_ray(const struct world *world, real u, real v, vector *anchor, vector *direction,
                               real *start) {
@@ -429,7 +440,7 @@ static inline mask next_event_start(next_event *event, const struct world *world
 // A volume's bounds in its local space: from the origin to `size`.
 
 
-static inline real box_face(real o, real d, float size) {
+static inline real box_face(real o, real d, number size) {
     return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
 }
 
@@ -439,7 +450,7 @@ static inline real box_exit(vector3 size, vector o, vector d) {
     return larger(t, (real)0.f);
 }
 
-static inline void box_slab(real o, real d, float size, real *near, real *far) {
+static inline void box_slab(real o, real d, number size, real *near, real *far) {
     real a = -o / d, b = ((real)size - o) / d;
     mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
     *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));
@@ -579,7 +590,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
 }
 #line 1 "generated"
 
-__kernel void render(__constant const struct scene *scene, __global const density_storage *density, __global float *film, __global uint *faults, uint first, uint samples) {
+__kernel void render(__constant const struct scene *scene, __global const uchar *density, __global float *film, __global uint *faults, uint first, uint samples) {
     const struct world world = {scene, density};
     volumetric_path(&world, film, faults, first, samples);
 }

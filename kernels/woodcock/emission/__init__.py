@@ -1,0 +1,1 @@
+"""Emission: ε, what media radiate per length. One kind a file: `<kind>.h` for devices, `<kind>.py` its oracle."""

@@ -1,0 +1,32 @@
+// What the integrators without random numbers share: camera rays at fixed places of a pixel, and the film.
+#include "core/bounded.h"
+#include "core/sequence.h"
+
+// A camera ray, from `near` on.
+typedef struct {
+    vector anchor, direction;
+    real near;
+} camera_path;
+
+static inline camera_path camera_path_of(const struct world *world, integer x, integer y, uint sample) {
+    camera_path ray;
+    real u = to_real(x) + 0.5f + filter_offset(world, sequence_at(sample, SEQUENCE_0));
+    real v = to_real(y) + 0.5f + filter_offset(world, sequence_at(sample, SEQUENCE_1));
+    const number width = world->scene->film.width, height = world->scene->film.height;
+    camera_ray(world, u / width, v / height, sample, &ray.anchor, &ray.direction, &ray.near);
+    return ray;
+}
+
+// A ray's radiance in one channel and a bound on its error, into the film; one that is no number counts as rejected.
+static inline void film_add(moments *m, real value, real bound, mask *bad) {
+    mask fine = test(value >= 0.f) & test(value < INFINITY) & test(bound < INFINITY);
+    *bad |= ~fine;
+    bounded_add(m, pick((real)0.f, value, fine), pick((real)0.f, bound, fine));
+}
+
+static inline void film_store(const moments *sums, integer rejected, __global float *film, __global uint *faults) {
+    const size_t lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
+    for (int c = 0; c < CHANNELS; ++c) bounded_store(&sums[c], film + 4 * c * pixels + lane0, pixels);
+    store_count(rejected, faults + lane0);
+    store_count((integer)0, faults + pixels + lane0);
+}

@@ -1,0 +1,59 @@
+// Equiangular sampling of the distance along a flight: Kulla & Fajardo, "Importance sampling techniques for path tracing in
+// participating media", EGSR 2012. Beside the collision that the flight itself makes, a vertex close to a point light is
+// chosen in media that are constant, where its transmittance is known; the two share the light's samples by the balance
+// heuristic. Densities are those of grey media; in colour they are means over channels, which weigh as rightly.
+#include "core/equiangular.h"
+
+// Density by which flights and next-event estimation make a vertex at t with the sample of this light.
+static inline real equiangular_rival(const path *p, const struct world *world, real t, coefficient sigma_t) {
+    coefficient survival = coefficient_exp_minus(clocks_depth(world, p, t));
+    return coefficient_mean(coefficient_multiply(sigma_t, survival)) * LIGHT_CHANCE;
+}
+
+static inline real equiangular_density(const path *p, const struct world *world, integer light, real t) {
+    real near, far;
+    clocks_span(world, p, &near, &far);
+    return equiangular_pdf(p->origin, p->direction, light_place(world, light), near, far, t) * PLACE_CHANCE;
+}
+
+// The share of a collision at the segment's end; 1 for light that comes from no point.
+static inline real equiangular_weight(const path *p, const struct world *world, integer light, mask vertex) {
+    mask place = vertex & test(light >= 0);
+    if (!some(place)) return (real)1.f;
+    integer medium;
+    coefficient own, sigma_t = clocks_sigma_t(world, p, p->end, (real)0.f, &medium, &own);
+    real rival = equiangular_rival(p, world, p->end, sigma_t), density = equiangular_density(p, world, light, p->end);
+    return pick((real)1.f, rival / (rival + density), place & test(rival > 0.f));
+}
+
+// Sends flights that set out on a walk to a light, from a vertex of their segment.
+static inline mask equiangular_start(path *p, const struct world *world, mask flying) {
+    mask chosen = flying & ~p->asked;
+    if (!some(chosen)) return (mask)0;
+    p->asked |= chosen;
+    words w = rng_next(&p->random, chosen);
+    real near, far;
+    clocks_span(world, p, &near, &far);
+    integer light = to_integer(unit(w.x) / PLACE_CHANCE);
+    real t = equiangular_sample(p->origin, p->direction, light_place(world, light), near, far, unit(w.y));
+    integer medium;
+    coefficient own, sigma_t = clocks_sigma_t(world, p, t, unit(w.z), &medium, &own);
+    vector at = vector_along(p->origin, t, p->direction);
+    light_sample sample;
+    light_place_sample(world, light, at, &sample);
+    real rival = equiangular_rival(p, world, t, sigma_t), density = equiangular_density(p, world, light, t);
+    real phase = phase_eval(world, medium, p->direction, sample.towards);
+    coefficient survival = coefficient_exp_minus(clocks_depth(world, p, t));
+    spectrum scattered = spectrum_attenuate(p->throughput, coefficient_multiply(own, survival));
+    scattered = spectrum_multiply(scattered, media_albedo(world, medium, at, w));
+    spectrum arriving = spectrum_scale(spectrum_multiply(scattered, sample.weight), phase / (density + rival));
+    mask walk = chosen & test(near < far) & test(medium >= 0) & test(density > 0.f) & test(spectrum_max(arriving) > 0.f);
+    p->position = vector_pick(p->position, p->origin, walk);
+    p->incoming = vector_pick(p->incoming, p->direction, walk);
+    p->inside_there = pick(p->inside_there, p->inside, walk);
+    p->light = spectrum_pick(p->light, arriving, walk);
+    p->aside |= walk;
+    walk_start(p, sample.towards, sample.distance, walk);
+    p->origin = vector_pick(p->origin, at, walk);
+    return walk;
+}

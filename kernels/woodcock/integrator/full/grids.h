@@ -1,0 +1,60 @@
+// Tracking through all media that are grids at once: tentative collisions at the rate of one bound on the sum of their σ_t.
+// A flight collides for good with probability σ_t / bound (Woodcock et al. 1965); a walk multiplies by 1 - σ_t / bound
+// (ratio tracking: Cramer 1978, Novák et al. 2014).
+#include "core/box.h"
+
+static inline void grids_start(path *p, const struct world *world, majorant_walk *walk, mask fresh) {
+    vector origin = affine_point(&world->scene->tracking.to_local, p->origin);
+    vector along = affine_direction(&world->scene->tracking.to_local, p->direction);
+    real near = (real)0.f, far = p->end;
+    box_clip(world->scene->tracking.size, origin, along, &near, &far);
+    mask inside = fresh & test(near < far);
+    majorant_start(world, origin, along, near, far, walk, inside);
+    p->tracking = (p->tracking & ~fresh) | inside;
+    emission_of_piece(p, world, (real)0.f, near, inside & ~p->walking);
+    p->tracked = pick(p->tracked, pick((real)0.f, near, inside), fresh);
+}
+
+// One tentative collision. `collided`: flights that have; `lost`: walks that have lost all their weight.
+static inline void grids_step(path *p, const struct world *world, majorant_walk *walk, integer *violations, mask *collided,
+                              mask *lost) {
+    mask active = p->tracking;
+    words w = rng_next(&p->random, active);
+    real distance = unit_positive(w.x, w.w), u = unit(w.w);
+    if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
+        words deep = rng_words(&p->random, p->random.dimension | 0x80000000u);
+        distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
+        u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
+    }
+    mask out = majorant_step(world, walk, -log(distance), active);
+    mask event = active & ~out, flying = event & ~p->walking, walking = event & p->walking;
+    integer medium;
+    coefficient own, sigma_t = grids_sigma_t(world, p, walk->t, w, u * walk->bound, &medium, &own);
+    *violations -= event & test(coefficient_max(sigma_t) > walk->bound * 1.000001f);
+
+    mask collide = flying & test(u * walk->bound < coefficient_of_hero(sigma_t, p->hero));
+    emission_of_piece(p, world, p->tracked, walk->t, active & ~p->walking);
+    p->tracked = pick(p->tracked, walk->t, active);
+    path_null(p, sigma_t, walk->bound, flying & ~collide);
+
+    coefficient kept;
+    for (int c = 0; c < COEFFICIENTS; ++c)
+        coefficient_channel(kept, c) = larger((real)0.f, 1.f - coefficient_channel(sigma_t, c) / walk->bound);
+    coefficient through = coefficient_multiply(p->transmittance, kept);
+    // Below a twentieth a walk survives with probability 1/2; `u` has not decided anything in walks yet.
+    mask faint = walking & walk_may_be_cut(p) & test(coefficient_max(through) < 0.05f);
+    through = coefficient_pick(through, coefficient_scale(through, pick((real)0.f, (real)2.f, test(u < 0.5f))), faint);
+    p->transmittance = coefficient_pick(p->transmittance, through, walking);
+    walk_pass(p, sigma_t, walk->bound, walking);
+
+    *lost = walking & test(coefficient_max(p->transmittance) <= 0.f);
+    *collided = collide;
+    p->medium = pick(p->medium, medium, collide);
+    p->tracking = active & ~(out | collide | *lost);
+    if (some(collide)) {
+        p->position = vector_pick(p->position, vector_along(p->origin, walk->t, p->direction), collide);
+        words v = rng_next(&p->random, collide);
+        path_survive(p, world, walk->t, collide);
+        path_collide(p, own, media_albedo(world, medium, p->position, v), collide);
+    }
+}

@@ -1,0 +1,236 @@
+"""Calls into a scene's media: the clocks of constant ones, tracking through grids, albedo and emission by medium."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from woodcock.scene import ConstantVolume, MeshShape, Volume
+
+
+
+def local(i: int, volume: Volume, x: str) -> str:
+    """A point of the device's space in the local space of medium i; a constant one is the same everywhere."""
+    return x if isinstance(volume, ConstantVolume) else f"affine_point(&world->scene->medium_{i}.to_local, {x})"
+
+
+
+def clocks(volumes: Sequence[Volume]) -> str:
+    """Free flight and transmittance of constant media: exponential clocks, and exp(-τ), each in closed form."""
+    constants = [(i, volume) for i, volume in enumerate(volumes) if isinstance(volume, ConstantVolume)]
+    ring = "".join(
+        f"""\
+    clocks_interval_{i}(world, p, p->end, &near, &far);
+    sigma_t = medium_{i}_sigma_t_exact(world, p->origin);
+    ringing = flying & clocks_time(p, near, far, coefficient_of_hero(sigma_t, p->hero), flying, &t);
+    p->end = pick(p->end, t, ringing);
+    p->clock = pick(p->clock, (integer){i}, ringing);
+"""
+        for i, _ in constants
+    )
+    depth = "".join(
+        f"""\
+    clocks_interval_{i}(world, p, t, &near, &far);
+    sum = coefficient_add(sum, coefficient_scale(medium_{i}_sigma_t_exact(world, p->origin), larger(far - near, (real)0.f)));
+"""
+        for i, _ in constants
+    )
+    own = "".join(
+        f"    own = coefficient_pick(own, medium_{i}_sigma_t_exact(world, nowhere), test(medium == {i}));\n"
+        for i, _ in constants
+    )
+    return "".join(_interval(i, volume) for i, volume in constants) + f"""\
+// Does the clock of a medium between near and far ring there, and at what length?
+static inline mask clocks_time(path *p, real near, real far, real sigma_t, mask flying, real *t) {{
+    words w = rng_next(&p->random, flying);
+    real u = unit_positive(w.x, w.w);
+    if (some(unit_is_deep(w.x))) {{
+        words deep = rng_words(&p->random, p->random.dimension | 0x80000000u);
+        u = pick(u, unit_positive_deep(deep.x), unit_is_deep(w.x));
+    }}
+    *t = near - log(u) / sigma_t;
+    return test(*t < far);
+}}
+static inline void clocks_ring(const struct world *world, path *p, mask flying) {{
+    if (!some(flying)) return;
+    real near, far, t;
+    coefficient sigma_t;
+    mask ringing;
+{ring}}}
+// Optical depth of the constant media up to t.
+static inline coefficient clocks_depth(const struct world *world, const path *p, real t) {{
+    coefficient sum = coefficient_grey((real)0.f);
+    real near, far;
+{depth}    return sum;
+}}
+static inline coefficient clocks_own(const struct world *world, integer medium) {{
+    coefficient own = coefficient_grey((real)0.f);
+    const vector nowhere = {{(real)0.f, (real)0.f, (real)0.f}};
+{own}    return own;
+}}
+"""
+
+
+def _interval(i: int, volume: ConstantVolume) -> str:
+    local = f"&world->scene->shape_{i}"
+    if isinstance(volume.shape, MeshShape):
+        body = f"    shape_mesh_interval({local}, p->inside, far);\n"
+    else:
+        body = f"""\
+    vector o = affine_point(&world->scene->shape_{i}.to_local, p->origin);
+    vector d = affine_direction(&world->scene->shape_{i}.to_local, p->direction);
+    shape_{volume.shape.kind}_interval({local}, o, d, near, far);
+"""
+    return f"""\
+// Where the segment runs through medium {i}, from 0 to `to`: near < far if it does at all.
+static inline void clocks_interval_{i}(const struct world *world, const path *p, real to, real *near, real *far) {{
+    *near = (real)0.f;
+    *far = to;
+{body}}}
+"""
+
+
+def no_clocks() -> str:
+    return """\
+static inline void clocks_ring(const struct world *world, path *p, mask flying) {}
+static inline coefficient clocks_depth(const struct world *world, const path *p, real t) {
+    return coefficient_grey((real)0.f);
+}
+static inline coefficient clocks_own(const struct world *world, integer medium) { return coefficient_grey((real)0.f); }
+"""
+
+
+def spans(volumes: Sequence[Volume]) -> str:
+    """Where constant media are along a segment, for equiangular sampling."""
+    near_far = "".join(
+        f"""\
+    clocks_interval_{i}(world, p, p->reach, &a, &b);
+    *near = pick(*near, smaller(*near, a), test(a < b));
+    *far = pick(*far, larger(*far, b), test(a < b));
+"""
+        for i in range(len(volumes))
+    )
+    here = "".join(
+        f"""\
+    clocks_interval_{i}(world, p, p->reach, &a, &b);
+    sigma_t = coefficient_scale(medium_{i}_sigma_t_exact(world, p->origin), pick((real)0.f, (real)1.f, test(a <= t) & test(t <= b)));
+    total = coefficient_add(total, sigma_t);
+    means[{i}] = coefficient_mean(sigma_t);
+"""
+        for i in range(len(volumes))
+    )
+    count = len(volumes)
+    return f"""\
+// The hull of the segment's parts in constant media: near < far if there are any.
+static inline void clocks_span(const struct world *world, const path *p, real *near, real *far) {{
+    real a, b;
+    *near = (real)1e30f;
+    *far = (real)-1e30f;
+{near_far}}}
+// σ_t of all media at t, and one of them, chosen by its share of it with u: `own` is its σ_t over its chance.
+static inline coefficient clocks_sigma_t(const struct world *world, const path *p, real t, real u, integer *medium, coefficient *own) {{
+    real a, b, means[{count}], sum = (real)0.f;
+    coefficient sigma_t, total = coefficient_grey((real)0.f);
+{here}    const real mean = coefficient_mean(total);
+    *medium = (integer)-1;
+    real chance = (real)1.f;
+    for (int i = 0; i < {count}; ++i) {{
+        mask chosen = test(*medium < 0) & test(u * mean < sum + means[i]);
+        *medium = pick(*medium, (integer)i, chosen);
+        chance = pick(chance, means[i] / mean, chosen);
+        sum += means[i];
+    }}
+    *own = coefficient_scale(clocks_own(world, *medium), 1.f / chance);
+    return total;
+}}
+"""
+
+
+def grids(volumes: Sequence[Volume], majorant: str, majorant_buffers: str) -> str:
+    """Calls into the majorant, and σ_t of all grids at once, with one of them chosen by its share."""
+    indices = [i for i, volume in enumerate(volumes) if not isinstance(volume, ConstantVolume)]
+    start = f"majorant_{majorant}_start(&world->scene->majorant, {majorant_buffers}origin, along, near, far, walk, chosen)"
+    step = f"majorant_{majorant}_step(&world->scene->majorant, {majorant_buffers}walk, depth, active)"
+    if len(indices) == 1:
+        (i,) = indices
+        body = f"""\
+    *medium = (integer){i};
+    vector at = affine_point(&world->scene->medium_{i}.to_local, vector_along(p->origin, t, p->direction));
+    *own = medium_{i}_sigma_t(world, at, w);
+    return *own;
+"""
+    else:
+        each = "".join(
+            f"""\
+    sigma_t = medium_{i}_sigma_t(world, {local(i, volumes[i], "x")}, w);
+    chosen = test(*medium < 0) & test(level < coefficient_of_hero(coefficient_add(total, sigma_t), p->hero));
+    *medium = pick(*medium, (integer){i}, chosen);
+    *own = coefficient_pick(*own, sigma_t, chosen);
+    total = coefficient_add(total, sigma_t);
+"""
+            for i in indices
+        )
+        body = f"""\
+    vector x = vector_along(p->origin, t, p->direction);
+    coefficient sigma_t, total = coefficient_grey((real)0.f);
+    mask chosen;
+    *medium = (integer)-1;
+    *own = total;
+{each}    return total;
+"""
+    return f"""\
+static inline void majorant_start(const struct world *world, vector origin, vector along, real near, real far,
+                                  majorant_walk *walk, mask chosen) {{
+    {start};
+}}
+static inline mask majorant_step(const struct world *world, majorant_walk *walk, real depth, mask active) {{
+    return {step};
+}}
+// σ_t of the grids at t; `level`, uniform up to the bound, chooses the medium that collides.
+static inline coefficient grids_sigma_t(const struct world *world, const path *p, real t, words w, real level, integer *medium,
+                                        coefficient *own) {{
+{body}}}
+"""
+
+
+def albedo(volumes: Sequence[Volume]) -> str:
+    """The albedo of medium `medium` at a point of the device's space."""
+    calls = [f"medium_{i}_albedo(world, {local(i, volume, 'x')}, w)" for i, volume in enumerate(volumes)]
+    lines = [f"    spectrum albedo = {calls[0] if calls else 'spectrum_grey((real)0.f)'};\n"]
+    lines += [
+        f"    albedo = spectrum_pick(albedo, {call}, test(medium == {i}));\n" for i, call in enumerate(calls) if i > 0
+    ]
+    return f"""\
+static inline spectrum media_albedo(const struct world *world, integer medium, vector x, words w) {{
+{"".join(lines)}    return albedo;
+}}
+"""
+
+
+def emission(volumes: Sequence[Volume]) -> str:
+    """∫ ε along a piece of a segment, by the point at share u of what each medium has of it."""
+    parts = []
+    for i, volume in enumerate(volumes):
+        if volume.emission is None:
+            continue
+        if isinstance(volume, ConstantVolume):
+            clip = f"    clocks_interval_{i}(world, p, to, &near, &far);\n    near = larger(near, from);\n"
+        else:
+            clip = f"""\
+    near = from, far = to;
+    box_clip(world->scene->medium_{i}.size, {local(i, volume, "p->origin")},
+             affine_direction(&world->scene->medium_{i}.to_local, p->direction), &near, &far);
+"""
+        parts.append(f"""\
+{clip}    length = larger(far - near, (real)0.f);
+    t = near + u * length;
+    found = medium_{i}_emission(world, {local(i, volume, "vector_along(p->origin, t, p->direction)")});
+    found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
+    sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
+""")
+    return f"""\
+static inline spectrum media_emission(const struct world *world, const path *p, real from, real to, real u) {{
+    spectrum found, sum = spectrum_grey((real)0.f);
+    real near, far, length, t;
+{"".join(parts)}    return sum;
+}}
+"""

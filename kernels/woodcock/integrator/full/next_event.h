@@ -1,0 +1,24 @@
+// Next-event estimation: a walk from every vertex towards a light, weighed against finding that light by chance with the
+// balance heuristic (Veach & Guibas 1995).
+static inline mask next_event_start(path *p, const surface_state *s, const struct world *world, mask vertex) {
+    if (!some(vertex)) return (mask)0;
+    words w = rng_next(&p->random, vertex);
+    light_sample sample;
+    integer light = light_choose(world, p->position, unit(w.x), unit(w.y), unit(w.z), &sample);
+    mask at_surface = vertex & test(p->medium < 0);
+    real pdf = phase_eval(world, p->medium, p->incoming, sample.towards);
+    spectrum value = spectrum_grey(pdf);
+    surfaces_eval(s, p, world, sample.towards, &value, &pdf, at_surface);
+    real weight = pick((real)1.f, sample.pdf / (sample.pdf + pdf), test(sample.pdf > 0.f));
+    weight *= equiangular_weight(p, world, light, vertex & ~at_surface);
+    spectrum arriving = spectrum_scale(spectrum_multiply(spectrum_multiply(p->throughput, value), sample.weight), weight);
+    mask walk = vertex & test(spectrum_max(arriving) > 0.f);
+    p->light = spectrum_pick(p->light, arriving, walk);
+    walk_start(p, sample.towards, sample.distance, walk);
+    surfaces_depart(s, p, world, walk & at_surface);
+    return walk;
+}
+
+static inline void next_event_arrive(path *p, mask arrived) {
+    path_gain(p, spectrum_attenuate(p->light, p->transmittance), p->order + 1, arrived);
+}

@@ -1,0 +1,62 @@
+"""Pictures in, through OpenImageIO: OpenEXR and Radiance HDR, linear, as environments need them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813 - its own usual name
+from numpy.typing import NDArray
+
+from woodcock.image import ImageError
+
+#: Texels that a picture may have: 16384 × 8192.
+MAX_TEXELS = 1 << 27
+
+# What files of these formats begin with; what other formats hold is not linear, and uploaded files have no suffix.
+_MAGICS = (b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
+
+
+def read_picture(path: Path) -> NDArray[np.float32]:
+    """(height, width, 3) of red, green, blue or (height, width, 1) of grey; other channels are left.
+
+    Raises ImageError, whose text starts with the path, for a file that cannot be read or is too large.
+    """
+    _check_format(path)
+    image = oiio.ImageInput.open(str(path))
+    if image is None:
+        raise _unreadable(path, oiio.geterror())
+    try:
+        spec = image.spec()
+        if spec.width * spec.height > MAX_TEXELS:
+            raise ImageError(f"{path}: is {spec.width} × {spec.height} pixels; {MAX_TEXELS} in all are the most")
+        chosen = _channels(list(spec.channelnames))
+        pixels = image.read_image(0, 0, min(chosen), max(chosen) + 1, oiio.FLOAT)
+        if pixels is None:
+            raise _unreadable(path, image.geterror())
+    finally:
+        image.close()
+    return np.ascontiguousarray(pixels[..., [index - min(chosen) for index in chosen]], np.float32)
+
+
+def _check_format(path: Path) -> None:
+    try:
+        with path.open("rb") as file:
+            start = file.read(max(map(len, _MAGICS)))
+    except (OSError, ValueError) as error:
+        raise ImageError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if not start.startswith(_MAGICS):
+        raise ImageError(f"{path}: is no picture that can be read; OpenEXR (.exr) and Radiance (.hdr) files can")
+
+
+def _unreadable(path: Path, reason: str) -> ImageError:
+    """Of what OpenImageIO says, the first line."""
+    return ImageError(f"{path}: cannot be read: {next(iter(reason.splitlines()), 'OpenImageIO does not say why')}")
+
+
+def _channels(names: list[str]) -> list[int]:
+    """Of red, green and blue by their names, else of Y, else the first three or the first."""
+    for wanted in (["R", "G", "B"], ["Y"]):
+        if set(wanted) <= set(names):
+            return [names.index(name) for name in wanted]
+    return [0, 1, 2] if len(names) >= 3 else [0]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from woodcock.film import Film
 from woodcock.layout import WIDTHS, Layout
-from woodcock.program import Program, _entry, _world, flatten
+from woodcock.program import Program, entry, flatten, world
 from woodcock.space import Array
 
 #: C types of a record's members, in a program of floats and in one of doubles.
@@ -59,10 +59,10 @@ def compose(layout: Layout, lanes: int, *, precise: bool) -> Program:
         *("core/rng.h", "core/vector.h", f"core/spectrum_{layout.channels}.h"),
         structs(layout, precise=precise),
         *layout.before_world,
-        _world(layout),
+        world(layout),
         *layout.after_world,
         f"integrator/{layout.integrator}.cl",
-        _entry(layout),
+        entry(layout),
     ]
     return Program(flatten(parts), lanes)
 
@@ -123,7 +123,7 @@ def camera(kind: str, filter_kind: str, *, lens: bool, sides: int) -> str:
     """Camera rays and filters. sides: the most voxels that a grid has along an axis."""
     places = "sequence_at(sample, SEQUENCE_2), sequence_at(sample, SEQUENCE_3), " if lens else ""
     return f"""\
-#define MEDIA_ROUNDINGS {8 + 4 * sides}.f
+#define MEDIA_ROUNDINGS {16 + 4 * sides}.f
 {_sequence(4 if lens else 2)}\
 static inline real filter_offset(const struct world *world, real u) {{
     return filter_{filter_kind}_offset(&world->scene->filter, u);
@@ -161,19 +161,27 @@ def walks(media: Sequence[Medium], *, emission: bool) -> str:
     text = "".join(_walk(f"medium_{index}", medium) for index, medium in enumerate(media))
     if emission:
         return text + _merged(media)
-    depths = "coefficient_grey((real)0.f)"
+    depths = ""
     for index, medium in enumerate(media):
         text += _depth(f"medium_{index}", varies=bool(medium.lattices))
-        depths = f"coefficient_add({depths}, medium_{index}_depth(world, anchor, direction, near))"
+        depths += f"    depth = coefficient_add(depth, medium_{index}_depth(world, anchor, direction, near, doubt));\n"
     return f"""{text}\
-static inline coefficient media_depth(const struct world *world, vector anchor, vector direction, real near) {{
-    return {depths};
+// doubt: how far rounding may have put it off, in roundings.
+static inline coefficient media_depth(const struct world *world, vector anchor, vector direction, real near,
+                                      coefficient *doubt) {{
+    coefficient depth = coefficient_grey((real)0.f);
+    *doubt = depth;
+{depths}    return depth;
 }}
 """
 
 
 def _walk(name: str, medium: Medium) -> str:
-    """A ray through one medium: `near` to `far` where it lies, and the planes at which its coefficients have kinks."""
+    """A ray through one medium: `near` to `far` where it lies, `doubt`, how many roundings it may be off for the places of
+    these, and the planes at which its coefficients have kinks.
+    """
+    # A sphere's chord is a square root: what is off in its square is so twice over where it is short.
+    stretch = "stretch * stretch" if medium.shape and medium.shape[0] == "sphere" else "stretch"
     members = planes = start = on = ""
     ahead = "walk->far"
     clip = f"shape_{medium.shape[0]}_interval(&{medium.shape[1]}" if medium.shape else ""
@@ -193,7 +201,7 @@ static inline cell_planes {name}_planes_{index}(const struct world *world) {{
         on += f"\n    cell_walk_pass({walk}, {name}_planes_{index}(world), to, active);"
         ahead = f"smaller(cell_walk_next({walk}), {ahead})"
     return f"""\
-typedef struct {{ vector origin, along; real near, far; mask inside;{members} }} {name}_walk;
+typedef struct {{ vector origin, along; real near, far, doubt; mask inside;{members} }} {name}_walk;
 {planes}\
 static inline void {name}_start(const struct world *world, {name}_walk *walk, vector anchor, vector direction,
                                 real near) {{
@@ -201,7 +209,10 @@ static inline void {name}_start(const struct world *world, {name}_walk *walk, ve
     walk->along = affine_direction(&{medium.to_local}, direction);
     walk->near = near;
     walk->far = (real)1e30f;
-    {clip}, walk->origin, walk->along, &walk->near, &walk->far);{start}
+    {clip}, walk->origin, walk->along, &walk->near, &walk->far);
+    real reach = fabs(walk->near) + fabs(walk->far) + 1.f / sqrt(vector_dot(walk->along, walk->along));
+    real stretch = 1.f + reach / (walk->far - walk->near);
+    walk->doubt = pick((real)0.f, MEDIA_ROUNDINGS * {stretch}, test(walk->near < walk->far));{start}
 }}
 // Where the coefficients of the medium may next have a kink or a jump.
 static inline real {name}_next(const {name}_walk *walk, real from) {{
@@ -216,7 +227,8 @@ static inline void {name}_pass(const struct world *world, {name}_walk *walk, rea
 def _depth(name: str, *, varies: bool) -> str:
     """The medium's optical depth along a ray."""
     head = f"""\
-static inline coefficient {name}_depth(const struct world *world, vector anchor, vector direction, real near) {{
+static inline coefficient {name}_depth(const struct world *world, vector anchor, vector direction, real near,
+                                       coefficient *doubt) {{
     const coefficient none = coefficient_grey((real)0.f);
     {name}_walk walk;
     {name}_start(world, &walk, anchor, direction, near);
@@ -226,7 +238,9 @@ static inline coefficient {name}_depth(const struct world *world, vector anchor,
         return f"""{head}\
     real middle = pick((real)0.f, 0.5f * (walk.near + walk.far), active);
     coefficient sigma = {name}_sigma_t_exact(world, vector_along(walk.origin, middle, walk.along));
-    return coefficient_pick(none, coefficient_scale(sigma, walk.far - walk.near), active);
+    coefficient depth = coefficient_pick(none, coefficient_scale(sigma, walk.far - walk.near), active);
+    *doubt = coefficient_add(*doubt, coefficient_scale(depth, walk.doubt));
+    return depth;
 }}
 """
     return f"""{head}\
@@ -244,6 +258,7 @@ static inline coefficient {name}_depth(const struct world *world, vector anchor,
         from = pick(from, to, active);
         active &= test(from < walk.far) & optical_depth_is_finite(&depth);
     }}
+    *doubt = coefficient_add(*doubt, coefficient_scale(depth.sum, walk.doubt));
     return depth.sum;
 }}
 """
@@ -271,12 +286,13 @@ def _merged(media: Sequence[Medium]) -> str:
     return f"""\
 typedef struct {{{each("$_walk $;")}
 }} media_walk;
-// Returns where the first medium begins; `end` is where the last one ends.
+// Returns where the first medium begins; `end` is where the last one ends; `doubt` is the largest of any.
 static inline real media_start(const struct world *world, media_walk *media, vector anchor, vector direction,
-                               real near, real *end) {{
+                               real near, real *end, real *doubt) {{
     real begin = (real)1e30f;
-    *end = near;{each("$_start(world, &media->$, anchor, direction, near);")}{each(f"begin = {begins};")}\
-{each(f"*end = {ends};")}
+    *end = near;
+    *doubt = (real)0.f;{each("$_start(world, &media->$, anchor, direction, near);")}{each(f"begin = {begins};")}\
+{each(f"*end = {ends};")}{each("*doubt = larger(*doubt, media->$.doubt);")}
     return begin;
 }}
 // Where the piece ends that begins at `from`; notes which media lie there.

@@ -24,7 +24,8 @@ class DeviceError(RuntimeError):
 
 @dataclass(frozen=True)
 class Device:
-    """An OpenCL device. memory and max_allocation are bytes; native_lanes is what the driver says, not what works."""
+    """An OpenCL device. memory and max_allocation are bytes; native_lanes is what the driver says, not what works;
+    doubles: has it double precision?"""
 
     id: str
     name: str
@@ -37,6 +38,7 @@ class Device:
     memory: int
     max_allocation: int
     native_lanes: int
+    doubles: bool
 
     @property
     def identity(self) -> str:
@@ -109,6 +111,7 @@ def _found() -> dict[str, tuple[Device, Any]]:
                 memory=handle.global_mem_size,
                 max_allocation=handle.max_mem_alloc_size,
                 native_lanes=handle.native_vector_width_float,
+                doubles=handle.double_fp_config != 0,
             )
             found[device.id] = (device, handle)
     return found

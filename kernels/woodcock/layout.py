@@ -74,6 +74,11 @@ class Layout:
     after_world: tuple[str, ...]
     facts: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def deterministic(self) -> bool:
+        """Is it solved without random numbers?"""
+        return not self.integrator.startswith("volumetric_path")
+
     def structs(self) -> str:
         """The C text of every struct and of `struct scene`, which holds one member a record."""
         lines: list[str] = []

@@ -61,10 +61,10 @@ def compose(layout: Layout, lanes: int) -> Program:
         *(f"core/lanes_{lanes}.h", "core/rng.h", "core/vector.h", f"core/spectrum_{layout.channels}.h"),
         layout.structs(),
         *layout.before_world,
-        _world(layout),
+        world(layout),
         *layout.after_world,
         f"integrator/{layout.integrator}.cl",
-        _entry(layout),
+        entry(layout),
     ]
     return Program(flatten(parts), lanes)
 
@@ -80,12 +80,12 @@ def _buffers(layout: Layout) -> list[str]:
     return [f"__global const {element(array)} *{name}" for name, array in layout.buffers.items()]
 
 
-def _world(layout: Layout) -> str:
+def world(layout: Layout) -> str:
     members = "".join(f" {buffer};" for buffer in _buffers(layout))
     return f"struct world {{ __constant const struct scene *scene;{members} }};\n"
 
 
-def _entry(layout: Layout) -> str:
+def entry(layout: Layout) -> str:
     arguments = [
         "__constant const struct scene *scene",
         *_buffers(layout),

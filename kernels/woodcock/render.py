@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from woodcock import deterministic
 from woodcock.device import Context, Device
 from woodcock.film import Film
 from woodcock.formats import Grid, read_grid
@@ -44,13 +45,20 @@ class Renderer:
         self._exponents = np.array(exponents(self.names, space.radiance_exponent, space.length_exponent))
         self.seconds["read"] = (read := time.perf_counter()) - start
 
-        program = compose(layout, self.lanes)
+        self._deterministic, precise = layout.deterministic, layout.deterministic and device.doubles
+        self.precision = "double" if precise else "float"
+        if layout.deterministic:
+            self.lanes = deterministic.lanes_of(self.lanes, precise=precise)
+            program, numbers = deterministic.compose(layout, self.lanes, precise=precise), deterministic.pack(layout, precise=precise)
+        else:
+            program, numbers = compose(layout, self.lanes), layout.pack()
+        self._facts = layout.facts
         self.program_hash = program.hash
         self._context = Context.on(device)
         self._kernel = self._context.build(program.text, OPTIONS, "render")
         self.seconds["build"] = (built := time.perf_counter()) - read
 
-        self._inputs = [self._context.upload(array) for array in (layout.pack(), *layout.buffers.values())]
+        self._inputs = [self._context.upload(array) for array in (numbers, *layout.buffers.values())]
         self.seconds["upload"] = time.perf_counter() - built
 
     def facts(self) -> Facts:
@@ -66,8 +74,10 @@ class Renderer:
             "lanes": self.lanes,
             "program_hash": self.program_hash,
             "kinds": self.kinds,
-            "norm": None,
-            "unscattered": None,
+            "precision": self.precision,
+            "norm": self._facts.get("norm"),
+            "unscattered": self._facts.get("unscattered"),
+            "media": self._facts.get("media", []),
             "seconds": self.seconds,
         }
 
@@ -90,6 +100,10 @@ class Renderer:
         for array, buffer in zip((sums, faults), outputs, strict=True):
             self._context.download(array, buffer)
 
+        size = (height, width)
+        if self._deterministic:
+            rejected = int(faults[0, : width * height].sum(dtype=np.uint64))
+            return deterministic.film(sums, (first, stop), size, self.names, self._exponents, rejected)
         mean, m2 = _statistics(sums[..., : width * height], samples)
         rejected, violations = faults[:, : width * height].sum(axis=1, dtype=np.uint64)
         return Film(

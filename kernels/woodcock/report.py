@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any, TypedDict
+from typing import Any, Literal, TypedDict
 
 from woodcock import __version__
 from woodcock.film import Film
@@ -17,6 +17,7 @@ SERIES_GROWTH = math.sqrt(2)
 
 class Facts(TypedDict):
     """A scene on a device. lanes: paths in lockstep; kinds: compiled in; seconds: of read, build and upload.
+    precision: of the kernel's numbers; media: how each is stored, and the largest error of that, relative to its largest.
 
     norm: at least ‖K‖, how much of any radiance one more order of scattering can hold; unscattered: at least L⁰, in
     every direction everywhere; None where no such bound is known.
@@ -32,8 +33,10 @@ class Facts(TypedDict):
     lanes: int
     program_hash: str
     kinds: dict[str, list[str]]
+    precision: Literal["float", "double"]
     norm: float | None
     unscattered: float | None
+    media: list[dict[str, Any]]
     seconds: dict[str, float]
 
 

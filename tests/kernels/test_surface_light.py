@@ -109,7 +109,7 @@ def test_primitives_are_chosen_by_area_and_luminance(context: Context, lanes: in
     w = random.random(n, dtype=np.float32)
     results = ["to_real(gather(int, world->surface_emitters, surface_emitter(world, w)))"]
     got = run(context, world, lanes, "", results, channels=3, w=w)[0].astype(int)
-    luminance = np.array([0.2 * 0.2126 * 0.5, 0.2126 + 2 * 0.7152 + 4 * 0.0722, 0.0])
+    luminance = np.array([2 * 0.1 * 0.2126, 0.2126 + 2 * 0.7152 + 4 * 0.0722, 0.0])
     weight = luminance[world.primitives[:, 2]] * world.areas
     counts = np.bincount(got, minlength=len(weight))
     lit = weight > 0

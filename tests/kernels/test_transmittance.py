@@ -16,7 +16,6 @@ from woodcock.formats import Grid
 from woodcock.integrator import transmittance
 from woodcock.scene import BoxShape, SceneError, SphereShape, parse
 
-RNG = np.random.default_rng(20)
 #: Sheared, mirrored, and 40 times as long in y as in z.
 ANISOTROPIC = np.array([[-0.25, 0.125, 0, 1], [0, 2, 0.25, -6], [0, 0, 0.0625, 0.5], [0, 0, 0, 1]])
 SHAPE = (7, 6, 5)
@@ -26,9 +25,9 @@ LARGEST = 1e-5
 
 def crossing(to_scene: Any, shape: tuple[int, ...], count: int = 40) -> Any:
     """Rays (n, 6) of float32 between points around a grid, between points in it, and along its planes and edges."""
-    size = np.array(shape[::-1])
-    a, b = RNG.uniform(-1, 2, (count, 3)) * size, RNG.uniform(0.1, 0.9, (count, 3)) * size
-    a[: count // 4] = RNG.uniform(0, 1, (count // 4, 3)) * size
+    rng, size = np.random.default_rng(21), np.array(shape[::-1])
+    a, b = rng.uniform(-1, 2, (count, 3)) * size, rng.uniform(0.1, 0.9, (count, 3)) * size
+    a[: count // 4] = rng.uniform(0, 1, (count // 4, 3)) * size
     ends = [a, b]
     # Along x through voxels' middles, faces between them, the grid's faces, and an edge; and through corners.
     for y, z in ((0.5, 1.5), (1, 2), (0, 1.25), (0, 0), (size[1], size[2]), (0.5, 0)):
@@ -59,7 +58,7 @@ def check(context: Context, media: Media, rays: Any, lanes: int, *, precise: boo
 @pytest.mark.parametrize("thickest", [1e-8, 1.0, 87.0])
 @pytest.mark.parametrize("nearest", [False, True])
 def test_grids_are_exact_at_any_thickness(context: Context, lanes: int, thickest: float, nearest: bool) -> None:
-    values = RNG.random(SHAPE).astype(np.float32)
+    values = np.random.default_rng(20).random(SHAPE).astype(np.float32)
     values[2:4, 1:3, 1:4] = 0
     # Rays on a face of two voxels have the value of either where nothing is interpolated: these take one side.
     rays = crossing(ANISOTROPIC, SHAPE)[: 40 if nearest else None]
@@ -73,7 +72,7 @@ def test_grids_are_exact_at_any_thickness(context: Context, lanes: int, thickest
 def test_a_small_depth_keeps_its_digits(context: Context) -> None:
     """1 - exp(-τ) at τ about 1e-8 is right to the film's 48 bits."""
     rays = crossing(ANISOTROPIC, SHAPE)
-    medium = Gridded(RNG.random(SHAPE).astype(np.float32), ANISOTROPIC, 1e-8)
+    medium = Gridded(np.random.default_rng(20).random(SHAPE).astype(np.float32), ANISOTROPIC, 1e-8)
     film = trace(context, "transmittance", [medium], rays, lanes=4)
     absorbed = np.array([-np.expm1(-optical_depth([medium], ray)[0]) for ray in rays])
     assert np.allclose(1 - film.mean[0, :, 0], absorbed, rtol=0, atol=2**-46)
@@ -81,7 +80,7 @@ def test_a_small_depth_keeps_its_digits(context: Context) -> None:
 
 @pytest.mark.parametrize("shape", [(1, 1, 1), (1, 4, 1), (2, 1, 3)])
 def test_thin_grids(context: Context, lanes: int, shape: tuple[int, ...]) -> None:
-    values = RNG.uniform(0.5, 1, shape).astype(np.float32)
+    values = np.random.default_rng(20).uniform(0.5, 1, shape).astype(np.float32)
     check(context, [Gridded(values, ANISOTROPIC, 3.0)], crossing(ANISOTROPIC, shape), lanes)
 
 
@@ -97,9 +96,9 @@ def test_optical_depth_is_exact_in_constant_media(context: Context, lanes: int) 
 
 def test_overlapping_media_multiply(context: Context, lanes: int) -> None:
     media: Media = [
-        Gridded(RNG.random(SHAPE).astype(np.float32), ANISOTROPIC, (1.0, 2.0, 0.5)),
+        Gridded(np.random.default_rng(20).random(SHAPE).astype(np.float32), ANISOTROPIC, (1.0, 2.0, 0.5)),
         Homogeneous(SphereShape(center=(0.5, -2, 0.75), radius=2.5), (0.25, 0, 1)),
-        Gridded(RNG.random((3, 4, 9)).astype(np.float32), np.diag([0.125, 1, 0.25, 1]), 1.5),
+        Gridded(np.random.default_rng(20).random((3, 4, 9)).astype(np.float32), np.diag([0.125, 1, 0.25, 1]), 1.5),
     ]
     check(context, media, crossing(ANISOTROPIC, SHAPE), lanes)
 
@@ -139,7 +138,7 @@ SCENE: dict[str, Any] = {
     "lights": [{"kind": "constant", "radiance": [1e-3, 2e3, 5]}],
     "film": {"width": 7, "height": 5},
 }
-VALUES = RNG.random(SHAPE).astype(np.float32)
+VALUES = np.random.default_rng(20).random(SHAPE).astype(np.float32)
 
 
 def read(file: str, name: str | None) -> Grid:

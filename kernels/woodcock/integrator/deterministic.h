@@ -17,6 +17,11 @@ static inline camera_path camera_path_of(const struct world *world, integer x, i
     return ray;
 }
 
+// How far off `light` exp(-τ) may be, where τ may be by so many roundings; no more than all of the light.
+static inline real transmitted_bound(real value, real light, real doubt) {
+    return smaller(value * expm1(smaller((4.f + doubt) * EPSILON, (real)80.f)), light);
+}
+
 // A ray's radiance in one channel and a bound on its error, into the film; one that is no number counts as rejected.
 static inline void film_add(moments *m, real value, real bound, mask *bad) {
     mask fine = test(value >= 0.f) & test(value < INFINITY) & test(bound < INFINITY);

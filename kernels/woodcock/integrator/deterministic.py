@@ -5,11 +5,13 @@ them, but nothing that scatters.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from woodcock import deterministic
 from woodcock.deterministic import Lattice
+from woodcock.light import image
 from woodcock.layers import layer_names
 from woodcock.layout import Kinds, Layout, Read, Record, coloured, instances, module
 from woodcock.program import file_of
@@ -32,13 +34,15 @@ FILM = {"width": "int", "height": "int", "seed": "uint"}
 def lay_out(scene: Scene, read: Read, integrator: str) -> Layout:
     """integrator: transmittance or emission_absorption. Raises VolumeError, SceneError."""
     _check(scene, integrator)
-    media = read_media(scene.volumes, read)
+    media, shining = read_media(scene.volumes, read), image.read_all(scene.lights)
     points = np.concatenate([_corners(medium) for medium in media])
-    space = Space.around(points, _strongest(scene, media, points))
+    space = Space.around(points, _strongest(shining, media, points))
     grey = all(medium.grey for medium in media)
-    channels = 3 if coloured(scene) or any(medium.coloured for medium in media) else 1
+    pictures = [light for light in shining if isinstance(light, image.Picture)]
+    many = any(medium.coloured for medium in media) or any(image.is_coloured(picture) for picture in pictures)
+    channels = 3 if coloured(scene) or many else 1
     composed = compose(media, space, GlobalMajorant())
-    lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(scene.lights)), space)
+    lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(shining)), space)
 
     width, height = scene.film.width, scene.film.height
     camera, filter_ = module("camera", scene.camera.kind), module("filter", scene.film.filter.kind)
@@ -112,11 +116,11 @@ def _corners(medium: Medium) -> Array:
     return np.asarray(module("shape", medium.volume.shape.kind).corners(medium.volume.shape))
 
 
-def _strongest(scene: Scene, media: Sequence[Medium], points: Array) -> float:
+def _strongest(lights: Sequence[Any], media: Sequence[Medium], points: Array) -> float:
     """About the largest radiance of the scene."""
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     found = [strongest(medium, extent) for medium in media]
-    for light in scene.lights:
+    for light in lights:
         kind = module("light", light.kind)
         if kind.ON_ESCAPE:
             found.append(float(np.max(kind.strength(light))))

@@ -8,10 +8,11 @@
 // A step over [start, start + width) of the cell, as fractions of its length.
 typedef struct { real start, width; } cell_step;
 
-// Radiance that a ray of the camera gathers in the media, its error's bound, and the optical depth of what it passed.
-static inline void gather_emission(const struct world *world, const camera_path *ray, spectrum *radiance, spectrum *bound, optical_depth *depth) {
+// Radiance that a ray of the camera gathers in the media, its error's bound, the optical depth of what it passed, and how
+// many roundings, relatively, these may be off.
+static inline void gather_emission(const struct world *world, const camera_path *ray, spectrum *radiance, spectrum *bound, optical_depth *depth, real *doubt) {
     media_walk media;
-    real end, from = media_start(world, &media, ray->anchor, ray->direction, ray->near, &end), to = media_next(&media, from, end);
+    real end, from = media_start(world, &media, ray->anchor, ray->direction, ray->near, &end, doubt), to = media_next(&media, from, end);
     const real span = end - from;
     const number tolerance = world->scene->integrator.tolerance;
     cell_step step = {(real)0.f, (real)1.f};
@@ -73,12 +74,14 @@ static inline void emission_absorption(const struct world *world, __global float
         camera_path ray = camera_path_of(world, x, y, sample);
         spectrum radiance = spectrum_grey((real)0.f), bound = radiance, light = light_radiance(world, ray.direction);
         optical_depth depth = {coefficient_grey((real)0.f), coefficient_grey((real)0.f)};
-        gather_emission(world, &ray, &radiance, &bound, &depth);
+        real doubt;
+        gather_emission(world, &ray, &radiance, &bound, &depth, &doubt);
         mask bad = (mask)0;
         for (int c = 0; c < CHANNELS; ++c) {
-            real tau = coefficient_channel(depth.sum, c), through = spectrum_channel(light, c) * exp(-tau);
-            real value = spectrum_channel(radiance, c), rounded = 4.f + MEDIA_ROUNDINGS;
-            film_add(&sums[c], value + through, spectrum_channel(bound, c) + (value * rounded + through * (rounded + tau * MEDIA_ROUNDINGS)) * EPSILON, &bad);
+            real arriving = spectrum_channel(light, c), tau = coefficient_channel(depth.sum, c);
+            real through = arriving * exp(-tau), gathered = spectrum_channel(radiance, c);
+            real off = spectrum_channel(bound, c) + gathered * (4.f + doubt) * EPSILON;
+            film_add(&sums[c], gathered + through, off + transmitted_bound(through, arriving, tau * doubt), &bad);
         }
         rejected -= bad;
     }

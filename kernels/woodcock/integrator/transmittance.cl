@@ -11,13 +11,13 @@ static inline void transmittance(const struct world *world, __global float *film
 
     for (uint sample = first; sample - first < samples; ++sample) {
         camera_path ray = camera_path_of(world, x, y, sample);
-        coefficient depth = media_depth(world, ray.anchor, ray.direction, ray.near);
+        coefficient doubt, depth = media_depth(world, ray.anchor, ray.direction, ray.near, &doubt);
         spectrum light = light_radiance(world, ray.direction);
         mask bad = (mask)0;
         for (int c = 0; c < CHANNELS; ++c) {
-            real tau = coefficient_channel(depth, c), value = spectrum_channel(light, c) * exp(-tau);
-            // A relative error of τ is τ times as large in exp(-τ); in τ it is that of places in the grid.
-            film_add(&sums[c], value, value * (4.f + tau * MEDIA_ROUNDINGS) * EPSILON, &bad);
+            real arriving = spectrum_channel(light, c), value = arriving * exp(-coefficient_channel(depth, c));
+            real bound = transmitted_bound(value, arriving, coefficient_channel(doubt, c));
+            film_add(&sums[c], value, bound, &bad);
         }
         rejected -= bad;
     }

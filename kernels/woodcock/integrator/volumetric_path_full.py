@@ -12,9 +12,12 @@ import numpy as np
 
 from woodcock.integrator.full import lights as light_calls
 from woodcock.integrator.full import media as media_calls
+from woodcock.integrator.full import series
 from woodcock.formats.mesh import read_mesh
 from woodcock.layers import SUFFIXES, layer_names, order_layers
 from woodcock.layout import Kinds, Layout, Read, Record, coloured, instances, module
+from woodcock.light import image
+from woodcock.light.image import Picture
 from woodcock.material.emissive import power
 from woodcock.phase.compose import compose as compose_phases
 from woodcock.phase.compose import delta_fraction, without_delta
@@ -43,15 +46,18 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     """Raises VolumeError, SceneError."""
     volumes = tuple(map(without_deltas, scene.volumes))
     media = read_media(volumes, read)
+    shining = image.read_all(scene.lights)
     meshes = [(i, v.shape) for i, v in enumerate(volumes) if isinstance(v, ConstantVolume) and isinstance(v.shape, MeshShape)]
     bodies = place(scene.surfaces, meshes, cache(lambda file: read_mesh(Path(file))))
     corners = _corners(media, bodies)
-    space = Space.around(corners, _strongest(scene, media, corners))
-    channels = 3 if coloured(scene) or any(medium.coloured for medium in media) else 1
+    space = Space.around(corners, _strongest(scene, shining, media, corners))
+    pictures = [light for light in shining if isinstance(light, Picture)]
+    many = any(medium.coloured for medium in media) or any(image.is_coloured(picture) for picture in pictures)
+    channels = 3 if coloured(scene) or many else 1
     composed = compose_media(media, space, scene.majorant)
     surfaces = compose_surfaces(build(bodies, space), space, channels) if bodies else None
     phase = compose_phases([volume.phase for volume in volumes])
-    lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(scene.lights)), space)
+    lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(shining)), space)
 
     width, height = scene.film.width, scene.film.height
     camera, filter_ = module("camera", scene.camera.kind), module("filter", scene.film.filter.kind)
@@ -76,11 +82,11 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         "phase": phase.kinds,
         "light": tuple(dict.fromkeys(light.kind for light in scene.lights)),
     }
-    shining = surfaces is not None and surfaces.emits
+    emissive = surfaces is not None and surfaces.emits
     if surfaces:
         kinds |= surfaces.kinds
     sampled = [light for light in lights if module("light", light.kind).SAMPLED]
-    found_by_both = shining or any(module("light", light.kind).ON_ESCAPE for light in sampled)
+    found_by_both = emissive or any(module("light", light.kind).ON_ESCAPE for light in sampled)
     local = [light for light in lights if module("light", light.kind).LOCAL]
     equiangular = bool(local) and constants and not grids
     spectral = any(not medium.grey for medium in media)
@@ -109,15 +115,15 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         if grids
         else ["integrator/full/no_grids.h"]
     )
-    after.append(light_calls.escape(lights, len(sampled) + shining))
+    after.append(light_calls.escape(lights, len(sampled) + emissive))
     after.append(_scatter_pdf(found_by_both))
-    if sampled or shining:
-        after.append(light_calls.choose(lights, shining))
+    if sampled or emissive:
+        after.append(light_calls.choose(lights, emissive))
     if surfaces:
-        after += [light_calls.surface_pdf(shining), "integrator/full/surfaces.h"]
+        after += [light_calls.surface_pdf(emissive), "integrator/full/surfaces.h"]
     else:
         after.append("integrator/full/no_surfaces.h")
-    if sampled or shining:
+    if sampled or emissive:
         if equiangular:
             after += [light_calls.places(lights), media_calls.spans(volumes), "integrator/full/equiangular.h"]
         else:
@@ -135,6 +141,11 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         space=space,
         before_world=(f"core/coefficient_{3 if spectral else 1}.h", "core/light_sample.h", *files),
         after_world=tuple(after),
+        facts={
+            **composed.facts,
+            "norm": series.norm(scene, media, corners),
+            "unscattered": series.unscattered(shining, scene, media, corners),
+        },
     )
 
 
@@ -160,12 +171,12 @@ def _shapes(volumes: Sequence[Volume], space: Space) -> list[Record]:
     return found
 
 
-def _strongest(scene: Scene, media: Sequence[Medium], corners: Array) -> float:
+def _strongest(scene: Scene, lights: Sequence[Any], media: Sequence[Medium], corners: Array) -> float:
     """About the largest radiance in the scene: where the space's unit of radiance is put."""
     size = float(np.ptp(corners, axis=0).max())
     found = [0.0, *(power(s.material) for s in scene.surfaces if isinstance(s.material, EmissiveMaterial))]
     found += [0.0, *(strongest(medium, size) for medium in media)]
-    for light in scene.lights:
+    for light in lights:
         kind = module("light", light.kind)
         strength = float(np.max(kind.strength(light)))
         found.append(strength / size**2 if kind.LOCAL and size > 0 else strength)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from woodcock.image import ImageError
 from woodcock.picture import read_picture
-from woodcock.scene import ImageLight
+from woodcock.scene import ImageLight, Light
 from woodcock.space import Array, Space
 
 FIELDS = {
@@ -67,6 +67,11 @@ def read(light: ImageLight) -> Picture:
     if strength(picture).max() > LARGEST:
         raise ImageError(f"{light.file}: its largest value times scale is above {LARGEST:g}, the largest radiance")
     return picture
+
+
+def read_all(lights: Sequence[Light]) -> list[Light | Picture]:
+    """A scene's lights, those that are pictures read. Raises ImageError."""
+    return [read(light) if isinstance(light, ImageLight) else light for light in lights]
 
 
 def is_coloured(picture: Picture) -> bool:

@@ -91,8 +91,8 @@ def combined(
         to_cells = np.diag([*(own / medium.size), 1.0]) @ to_voxels
         turn, extent = to_cells[:3, :3], extent * own / medium.size
         margin = MARGIN * (own + extent * max(cells)) + error * np.abs(turn).sum(axis=1)
-        # Where it spans more than all of them, any overlap counts as all.
-        window = np.minimum(np.floor(extent + 2 * margin) + 2, own).astype(int)
+        span = extent + 2 * margin
+        window = np.minimum(np.floor(span) + 2, own).astype(int)
         for axis in range(3):
             largest = _windowed(largest, 2 - axis, int(window[axis]))
         first = to_cells[:3, 3] + np.minimum(turn, 0) @ side - margin
@@ -100,8 +100,9 @@ def combined(
             places = []
             for axis in range(3):
                 start = first[axis] + turn[axis, 0] * x + turn[axis, 1] * y[:, None] + turn[axis, 2] * z[layer]
-                whole = (start < 0) & (start + extent[axis] + 2 * margin[axis] >= own[axis] - window[axis])
-                place = np.where(whole & (window[axis] == own[axis]), 0, np.floor(start))
+                # A window no longer than the medium may end short of it: then any overlap counts as all.
+                short = (window[axis] == own[axis]) & (start < 0) & (start + span[axis] >= 0)
+                place = np.where(short, 0, np.floor(start))
                 places.append(np.clip(place, -window[axis], own[axis]).astype(int) + window[axis])
             total[layer] += largest[places[2], places[1], places[0]]
     rounded = total.astype(np.float32)

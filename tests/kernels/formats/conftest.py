@@ -167,16 +167,16 @@ def openvdb() -> Callable[..., None]:
 
 
 # Where things stand in a grid of NanoVDB 32.x, after `pnanovdb_grid_type_constants` of PNanoVDB.h. By type: its number,
-# background in the root, size of the root, size of a table's entry, values of a leaf, size of a leaf.
+# background in the root, size of the root, size of a table's entry, values of a leaf.
 NANOVDB = {
-    "float": (1, 28, 64, 8, 96, 2144),
-    "double": (2, 32, 96, 8, 128, 4224),
-    "vec3f": (6, 28, 96, 16, 128, 6272),
-    "half": (9, 28, 64, 8, 96, 1120),
-    "fp4": (13, 28, 64, 8, 96, 352),
-    "fp8": (14, 28, 64, 8, 96, 608),
-    "fp16": (15, 28, 64, 8, 96, 1120),
-    "fpN": (16, 28, 64, 8, 96, None),
+    "float": (1, 28, 64, 8, 96),
+    "double": (2, 32, 96, 8, 128),
+    "vec3f": (6, 28, 96, 16, 128),
+    "half": (9, 28, 64, 8, 96),
+    "fp4": (13, 28, 64, 8, 96),
+    "fp8": (14, 28, 64, 8, 96),
+    "fp16": (15, 28, 64, 8, 96),
+    "fpN": (16, 28, 64, 8, 96),
 }
 
 
@@ -197,20 +197,18 @@ class NanoVdbGrid:
         return {"double": "<f8", "half": "<f2"}.get(self.type, "<f4")
 
     def voxels(self) -> int:
-        return sum(len(corners) for corners in self.active())
+        tiles = sum({5: 128, 4: 8}[log2] ** 3 for (_, log2), (_, on) in self.tiles.items() if on)
+        return tiles + sum(int(active.sum()) for _, active in self.leaves.values())
 
     def box(self) -> tuple[Position, Position]:
-        every = np.concatenate(self.active())
+        corners = [np.add(at, np.argwhere(on.reshape(8, 8, 8))) for at, (_, on) in self.leaves.items()]
+        for (at, log2), (_, on) in self.tiles.items():
+            corners += [np.add(at, [[0] * 3, [{5: 127, 4: 7}[log2]] * 3])] * on
+        every = np.concatenate(corners)
         return tuple(every.min(axis=0).tolist()), tuple(every.max(axis=0).tolist())
 
-    def active(self) -> list[Array]:
-        """Positions of the active voxels."""
-        edges = {5: 128, 4: 8}
-        tiles = [np.array(at) + np.argwhere(np.ones([edges[n]] * 3)) for (at, n), (_, on) in self.tiles.items() if on]
-        return tiles + [np.array(at) + np.argwhere(on.reshape(8, 8, 8)) for at, (_, on) in self.leaves.items()]
-
     def leaf(self, values: Array, active: Array, number: int) -> bytes:
-        table, size = NANOVDB[self.type][4:]
+        table = NANOVDB[self.type][4]
         head = bytearray(table)
         head[16:80] = bits(active)
         if not self.type.startswith("fp"):
@@ -224,7 +222,6 @@ class NanoVdbGrid:
             code = round(float((value - low) / quantum))
             for byte in range(max(1, width // 8)):
                 packed[n * width // 8 + byte] |= (code >> 8 * byte & 255) << n * width % 8
-        assert size is None or size == table + len(packed)
         return bytes(head + packed)
 
     def node(self, origin: Position, log2: int, below: dict[Position, int], start: int) -> bytes:
@@ -245,7 +242,7 @@ class NanoVdbGrid:
         return (bytes(32) + bits(active) + bits(child)).ljust({5: 8256, 4: 1088}[log2], b"\0") + bytes(table)
 
     def encode(self, version: int = 32 << 21 | 6 << 10) -> bytes:
-        kind, background, root_size, stride, *_ = NANOVDB[self.type]
+        kind, background, root_size, stride, _ = NANOVDB[self.type]
 
         def around(edge: int, *levels: int) -> list[Position]:
             places = [*self.leaves, *(place for place, level in self.tiles if level in levels)]

@@ -122,11 +122,8 @@ class Shapes:
             return {"kind": "emissive", "radiance": emitters[0].spectrum("radiance", 1.0, emitted=True)}
         if emitters:
             self._draft.report.note(emitters[0].where, f"left out: the emitter {shown(emitters[0].kind)} of a shape")
-        if not bsdfs:
-            return GREY
-        material = self._bsdf(bsdfs[0])
-        one_sided = bsdfs[0].kind == "diffuse" and not isinstance(geometry, CLOSED)
-        if one_sided:
+        material = self._bsdf(bsdfs[0]) if bsdfs else GREY
+        if (not bsdfs or bsdfs[0].kind == "diffuse") and not isinstance(geometry, CLOSED):
             self._draft.report.note(element.where, "reflects on both sides here; from behind Mitsuba's is black")
         return material
 

@@ -28,6 +28,7 @@ PREFIXES = {
     "camera": ("camera_{}_",),
     "volume": ("volume_{}_",),
     "majorant": ("majorant_{}_",),
+    "emission": ("emission_{}_",),
     "phase": ("phase_{}_",),
     "light": ("light_{}_",),
     "filter": ("filter_{}_",),
@@ -36,7 +37,8 @@ PREFIXES = {
 #: Files beside the kinds that are none: how cameras stand, how a grid's voxels are stored, what phase functions share.
 SHARED = {
     "camera": re.compile(r"pose\.py"),
-    "volume": re.compile(r"grid_(float|half|uint8)\.h"),
+    "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|media|text)\.py"),
+    "majorant": re.compile(r"(global_)?walk\.h"),
     "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
 }
 KINDS = [

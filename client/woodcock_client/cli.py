@@ -16,7 +16,13 @@ from woodcock_client.models import JobSummary
 from woodcock_client.progress import show
 
 #: What a command needs beyond the client: the extra of the `woodcock` package that brings it.
-EXTRAS = {"render": "render,pocl", "devices": "render,pocl", "schema": "render", "serve": "server,pocl"}
+EXTRAS = {
+    "render": "render,pocl",
+    "devices": "render,pocl",
+    "schema": "render",
+    "import": "render",
+    "serve": "server,pocl",
+}
 
 FAILED, BAD_INPUT, UNREACHABLE, INTERRUPTED = 1, 2, 3, 130
 

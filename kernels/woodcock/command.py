@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from woodcock.denoise import DenoiseError, require
-from woodcock.device import DeviceError, find
+from woodcock.device import Device, DeviceError, find
 from woodcock.device import devices as list_devices
 from woodcock.files import replacing
 from woodcock.film import Film
@@ -29,7 +29,9 @@ FAILED, BAD_INPUT = 1, 2
 
 
 def render(
-    scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="Scene file; volume files are relative to it.")],
+    scene: Annotated[
+        Path, typer.Argument(metavar="SCENE.json", help="Scene file; files that it names are relative to it.")
+    ],
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="OUT.exr", help="The picture; its report goes beside it.")
     ],
@@ -53,7 +55,7 @@ def render(
         described = load(scene)
         if described.denoise:
             require()
-        renderer = Renderer(described, find(device))
+        renderer = _renderer(described, find(device))
         film, series, seconds = _to_the_end(renderer, described)
         use: Use = {**renderer.facts(), "samples": film.samples, "render_seconds": seconds}
         began = time.perf_counter()
@@ -61,7 +63,7 @@ def render(
         report = build(film, [use], series, seconds, time.perf_counter() - began)
         with replacing(output.with_suffix(".report.json")) as temporary:
             temporary.write_text(json.dumps(report, indent=2) + "\n")
-    except (SceneError, VolumeError) as error:
+    except SceneError as error:
         _fail(str(error), BAD_INPUT)
     except (DeviceError, ImageError, DenoiseError) as error:
         _fail(str(error), FAILED)
@@ -86,6 +88,14 @@ def devices() -> None:
 def schema() -> None:
     """Print the JSON Schema of a scene."""
     typer.echo(json.dumps(Scene.model_json_schema(), indent=2, ensure_ascii=False))
+
+
+def _renderer(scene: Scene, device: Device) -> Renderer:
+    """Ends the program where the scene, or a file that it names, cannot be rendered. Raises DeviceError."""
+    try:
+        return Renderer(scene, device)
+    except (SceneError, VolumeError, ImageError) as error:
+        _fail(str(error), BAD_INPUT)
 
 
 def _to_the_end(renderer: Renderer, scene: Scene) -> tuple[Film, list[Point], float]:

@@ -273,7 +273,9 @@ def _merged(media: Sequence[Medium]) -> str:
     coefficients = ""
     for index, medium in enumerate(media):
         name = f"medium_{index}"
-        lit = f"\n        *epsilon = spectrum_pick(*epsilon, spectrum_add(*epsilon, {name}_emission(world, p)), inside);"
+        lit = (
+            f"\n        *epsilon = spectrum_pick(*epsilon, spectrum_add(*epsilon, {name}_emission(world, p)), inside);"
+        )
         coefficients += f"""
     if (some(media->{name}.inside)) {{
         mask inside = media->{name}.inside;

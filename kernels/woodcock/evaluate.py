@@ -56,7 +56,7 @@ __kernel void evaluate({parameters}__global number *result_) {{
     kernel = context.build(flatten([header, *parts, text]), OPTIONS, "evaluate")
     result = np.zeros((len(expressions), padded), np.float64 if precise else np.float32)
     out = context.output(result)
-    uploads = [context.upload(np.ascontiguousarray(array)) for array in arrays.values()]
+    uploads = [context.upload(a if hasattr(a, "pieces") else np.ascontiguousarray(a)) for a in arrays.values()]
     kernel(context.queue, (padded // lanes,), None, *uploads, out)
     context.download(result, out)
     return result[:, :count]

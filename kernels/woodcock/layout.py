@@ -115,7 +115,9 @@ def _words(value: Any, ctype: str, channels: int) -> NDArray[np.uint32]:
     return flat.astype(np.float32).view(np.uint32)
 
 
-def instances(concept: str, members: Iterable[tuple[str, Any]], space: Space) -> tuple[list[Record], dict[str, NDArray[np.generic]]]:
+def instances(
+    concept: str, members: Iterable[tuple[str, Any]], space: Space
+) -> tuple[list[Record], dict[str, NDArray[np.generic]]]:
     """Records of models, each under its member's name, and their kinds' buffers, shared by a kind's instances."""
     records: list[Record] = []
     chunks: dict[str, list[NDArray[np.generic]]] = {}

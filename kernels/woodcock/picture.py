@@ -17,6 +17,12 @@ MAX_TEXELS = 1 << 27
 _MAGICS = (b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
 
 
+def recognises(path: Path) -> bool:
+    """Is the file a picture by what it begins with? Raises OSError, and ValueError for what is no name of a file."""
+    with path.open("rb") as file:
+        return file.read(max(map(len, _MAGICS))).startswith(_MAGICS)
+
+
 def read_picture(path: Path) -> NDArray[np.float32]:
     """(height, width, 3) of red, green, blue or (height, width, 1) of grey; other channels are left.
 
@@ -41,11 +47,10 @@ def read_picture(path: Path) -> NDArray[np.float32]:
 
 def _check_format(path: Path) -> None:
     try:
-        with path.open("rb") as file:
-            start = file.read(max(map(len, _MAGICS)))
+        known = recognises(path)
     except (OSError, ValueError) as error:
         raise ImageError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-    if not start.startswith(_MAGICS):
+    if not known:
         raise ImageError(f"{path}: is no picture that can be read; OpenEXR (.exr) and Radiance (.hdr) files can")
 
 

@@ -49,7 +49,10 @@ class Renderer:
         self.precision = "double" if precise else "float"
         if layout.deterministic:
             self.lanes = deterministic.lanes_of(self.lanes, precise=precise)
-            program, numbers = deterministic.compose(layout, self.lanes, precise=precise), deterministic.pack(layout, precise=precise)
+            program, numbers = (
+                deterministic.compose(layout, self.lanes, precise=precise),
+                deterministic.pack(layout, precise=precise),
+            )
         else:
             program, numbers = compose(layout, self.lanes), layout.pack()
         self._facts = layout.facts

@@ -17,6 +17,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from woodcock.denoise import DenoiseError
 from woodcock.device import DeviceError
 from woodcock.formats import VolumeError
+from woodcock.image import ImageError
 from woodcock.scene import SceneError
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
@@ -117,7 +118,7 @@ class Dispatcher:
             except Exception as error:  # Its lease runs out instead.
                 log.warning("job not put back", job=job.id, reason=repr(error))
             raise
-        except (RenderError, DeviceError, VolumeError, SceneError, DenoiseError) as error:
+        except (RenderError, DeviceError, VolumeError, ImageError, SceneError, DenoiseError) as error:
             await job.fail(str(error))
         except (LeaseLost, SQLAlchemyError):
             raise

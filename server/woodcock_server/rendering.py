@@ -266,7 +266,7 @@ class Rendering:
         await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
 
     async def fail(self, sentence: str) -> None:
-        """End the job with what went wrong, volumes named as the job names them. Raises LeaseLost."""
+        """End the job with what went wrong, files named as the job names them. Raises LeaseLost."""
         sentence = self._storage.by_id(sentence)
         log.warning("job failed", job=self.id, error=sentence)
         await self._write({"state": State.FAILED, "error": sentence, "finished_at": datetime.now(UTC), **_NOBODY})

@@ -1,4 +1,4 @@
-"""Files the service keeps: volumes by their content, a folder for each job. Nothing half-written bears a final name."""
+"""Files the service keeps: uploaded ones by their content, a folder for each job. Nothing half-written bears a final name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _CHECKPOINT = re.compile(r"film-(\d+)\.npz")
 
 
 class Upload:
-    """A volume on its way in: bytes are hashed while they go to a temporary file."""
+    """A file on its way in: bytes are hashed while they go to a temporary file."""
 
     def __init__(self, stream: BinaryIO, path: Path) -> None:
         self.path = path
@@ -61,7 +61,7 @@ class Storage:
 
     @contextmanager
     def upload(self) -> Iterator[Upload]:
-        """A place for a volume's bytes; gone afterwards, unless kept."""
+        """A place for a file's bytes; gone afterwards, unless kept."""
         handle, name = tempfile.mkstemp(prefix="upload-", dir=self.scratch)
         path = Path(name)
         try:
@@ -76,12 +76,12 @@ class Storage:
         _sync_folder(self.volumes)
 
     def volume_file(self, volume_id: str) -> Path:
-        """Where the volume `sha256:<64 hex>` lies."""
+        """Where the file `sha256:<64 hex>` lies."""
         return self.volumes / volume_id.removeprefix(UPLOADED)
 
     def by_id(self, sentence: str) -> str:
-        """The sentence with volumes' ids in place of their paths, which are nobody's business."""
-        return sentence.replace(f"{self.volumes}{os.sep}", UPLOADED)
+        """The sentence with uploaded files' ids in place of their paths, which are nobody's business."""
+        return sentence.replace(f"{self.volumes}{os.sep}", UPLOADED).replace(f"{self.root}{os.sep}", "")
 
     # Jobs
 

@@ -69,6 +69,7 @@ jobs = Table(
     Index(None, "state", "id"),
 )
 
+#: Uploaded files of every type.
 volumes = Table(
     "volumes",
     metadata,
@@ -77,5 +78,9 @@ volumes = Table(
     Column("name", String(200), nullable=False),
     Column("size", BigInteger, nullable=False),
     Column("created_at", UtcDateTime, nullable=False),
-    Column("grids", JSON, nullable=False),
+    Column("type", String(16), nullable=False),  # volume, mesh or picture: what of the following it has
+    Column("grids", JSON, nullable=False),  # list of woodcock.formats.GridInfo
+    Column("triangles", Integer),
+    Column("width", Integer),
+    Column("height", Integer),
 )

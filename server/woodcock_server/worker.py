@@ -13,6 +13,7 @@ from woodcock import device as opencl
 from woodcock.device import DeviceError
 from woodcock.film import Film
 from woodcock.formats import VolumeError
+from woodcock.image import ImageError
 from woodcock.render import Renderer
 from woodcock.report import Facts
 from woodcock.scene import SceneError, parse
@@ -43,7 +44,7 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
         try:
             return function(*args, **kwargs)
-        except (SceneError, VolumeError, DeviceError) as error:
+        except (SceneError, VolumeError, ImageError, DeviceError) as error:
             fault: Exception = type(error)(str(error))
         except Exception as error:
             fault = RuntimeError(f"{type(error).__name__}: {error}")
@@ -54,9 +55,9 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
 
 @_faults_alone
 def prepare(scene: str, device_id: str) -> Facts:
-    """Make a scene (JSON; volume files are paths) ready on a device; returns what the report says of the two.
+    """Make a scene (JSON; its files are paths) ready on a device; returns what the report says of the two.
 
-    Raises SceneError, VolumeError or DeviceError if it cannot be rendered there.
+    Raises SceneError, VolumeError, ImageError or DeviceError if it cannot be rendered there.
     """
     return _renderer(scene, device_id).facts()
 

@@ -35,7 +35,7 @@ def ask(
         members = " ".join(f"{ctype} {name};" for name, ctype in record.fields.items())
         structs[record.struct] = f"struct {record.struct} {{ {members} }};\n"
     members = " ".join(f"struct {record.struct} {record.member};" for record in records)
-    arrays = {name: buffer.array() for name, buffer in composed.buffers.items()}
+    arrays: dict[str, Any] = dict(composed.buffers)
     pointers = "".join(f" __global const {_element(array)} *{name};" for name, array in arrays.items())
     values = ", ".join(literal(record, channels) for record in records)
     parts = [

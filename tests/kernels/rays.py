@@ -127,17 +127,23 @@ def optical_depth(media: Media, ray: Array) -> Array:
 
 
 def emitted(media: Media, ray: Array, behind: float = 0.0) -> float:
-    """Grey radiance that reaches the ray's origin: scipy's Radau on L′ + σ L = ε, from the far end to the camera."""
+    """Grey radiance that reaches the ray's origin, to about 1e-8: scipy's Radau on L′ + σ L = ε towards the camera, from
+    the far end or from where an optical depth of 40 hides the rest."""
     bounds, spans = pieces(media, ray)
-    radiance = np.array([behind])
-    for b, a in zip(bounds[:0:-1], bounds[-2::-1], strict=True):
+    radiance, depth, last = np.array([behind]), 0.0, 0
+    for last, (a, b) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
+        if depth > 40:
+            break
+        depth += (b - a) * float(coefficients(media, ray, spans, a, b, np.linspace(a, b, 9)[1:-1])[0].mean())
+    for index in range(min(last, len(bounds) - 2), -1, -1):
+        a, b = bounds[index], bounds[index + 1]
 
         def slope(s: float, y: Array, a: float = a, b: float = b) -> Array:
             sigma, epsilon = coefficients(media, ray, spans, a, b, np.array([b - s]))
             return np.asarray(epsilon[0] - sigma[0] * y)
 
         scale = max(float(radiance[0]), 1e-30)
-        radiance = solve_ivp(slope, (0, b - a), radiance, "Radau", rtol=1e-11, atol=scale * 1e-13).y[:, -1]
+        radiance = solve_ivp(slope, (0, b - a), radiance, "Radau", rtol=1e-9, atol=scale * 1e-10).y[:, -1]
     return float(radiance[0])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
 from typing import Any
 
 import numpy as np
@@ -81,6 +80,3 @@ def nearest(world: build.Built, origin: Array, direction: Array) -> Array:
         for part in np.array_split(exact, max(1, len(exact) // 256)):
             best = np.minimum(best, oracle.intersect(part, origin.astype(float), direction.astype(float)).min(axis=0))
     return best
-
-
-

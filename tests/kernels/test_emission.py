@@ -35,7 +35,7 @@ def chromaticity(kelvin: float) -> Array:
     ],
 )
 def test_blackbody_has_the_published_chromaticity(kelvin: float, x: float, y: float, off: float) -> None:
-    """Planckian locus, CIE 1931 (Wyszecki & Stiles 1982); the analytic observer meets it to a thousandth above 2500 K."""
+    """Planckian locus, CIE 1931 (Wyszecki & Stiles 1982); the analytic observer meets it, best above 2500 K."""
     assert np.hypot(*(chromaticity(kelvin) - (x, y))) < off
 
 
@@ -75,9 +75,7 @@ def test_blackbody_table_is_planck(context: Context, lanes: int, kelvin: float, 
     got = run(context, record, lanes, "emission_blackbody_radiance(&numbers, table, v)", values / step, table)
     expected = space.radiance(blackbody.radiance(emission, kelvin * values.astype(float)))
     brightest = expected.max(axis=1)
-    seen = brightest > 1e-18 * brightest.max()
-    assert np.all(np.abs(got.T - expected)[seen] <= 1e-4 * brightest[seen, None])
-    assert np.all(got.T[~seen] <= 1e-17 * brightest.max())
+    assert np.all(np.abs(got.T - expected) <= 1e-4 * brightest[:, None] + 2e-8 * brightest.max())
 
 
 def test_cold_grids_are_dark(context: Context) -> None:

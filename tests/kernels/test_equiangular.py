@@ -9,7 +9,7 @@ from tests.kernels.device_code import needs
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 
-N = 4096
+U = ((np.arange(4096) + 0.5) / 4096).astype(np.float32)
 #: Where the light lies as seen from the ray's origin, along the ray and off it, and the segment, from near to far.
 CASES = {
     "ahead": (0.7, 0.2, 0.1, 0.6),
@@ -37,27 +37,37 @@ DIRECTION = np.array([0.36, -0.48, 0.8])
 SIDE = np.array([0.8, 0.6, 0.0])
 
 
-def run(context: Context, lanes: int, case: tuple[float, ...], expression: str, x: np.ndarray) -> np.ndarray:
-    along, off, near, far = case
+Values = dict[str, np.ndarray]
+
+
+def run(context: Context, lanes: int, expression: str, values: Values) -> Values:
+    """An expression of x over the values of every case, all cases in one kernel."""
+    size = len(next(iter(values.values())))
+    along, off, near, far = (np.repeat([CASES[name][i] for name in values], size) for i in range(4))
     origin = np.array([0.1, 0.2, -0.3])
-    light = origin + along * DIRECTION + off * SIDE
-    vectors = {"o": origin, "d": DIRECTION, "l": light}
-    inputs = {
-        f"{name}{axis}": np.full(x.size, v[i], np.float32)
-        for name, v in vectors.items()
-        for i, axis in enumerate("xyz")
-    }
-    inputs |= {"near": np.full(x.size, near, np.float32), "far": np.full(x.size, far, np.float32), "x": x}
-    body = "vector o = vector_of(ox, oy, oz), d = vector_of(dx, dy, dz), l = vector_of(lx, ly, lz);"
+    light = origin + along[:, None] * DIRECTION + off[:, None] * SIDE
+    vectors = {"o": np.broadcast_to(origin, light.shape), "d": np.broadcast_to(DIRECTION, light.shape), "l": light}
+    inputs = {f"{name}{axis}": v[:, i] for name, v in vectors.items() for i, axis in enumerate("xyz")}
+    inputs |= {"near": near, "far": far, "x": np.concatenate(list(values.values()))}
     (got,) = evaluate(
         context,
         [expression.format("o, d, l, near, far")],
-        inputs,
+        {name: np.ascontiguousarray(array, np.float32) for name, array in inputs.items()},
         lanes=lanes,
         parts=[*needs(1), "core/equiangular.h"],
-        body=body,
+        body="vector o = vector_of(ox, oy, oz), d = vector_of(dx, dy, dz), l = vector_of(lx, ly, lz);",
     )
-    return got.astype(float)
+    return dict(zip(values, got.astype(float).reshape(-1, size), strict=True))
+
+
+def samples(context: Context, lanes: int) -> Values:
+    """Distances of the uniforms U, by case."""
+    return run(context, lanes, "equiangular_sample({}, x)", dict.fromkeys(CASES, U))
+
+
+def within(case: tuple[float, ...], t: np.ndarray) -> np.ndarray:
+    """Distances as float32 has them, kept in the segment."""
+    return np.clip(t.astype(np.float32), np.float32(case[2]), np.float32(case[3]))
 
 
 def angles(case: tuple[float, ...]) -> tuple[float, float]:
@@ -65,57 +75,51 @@ def angles(case: tuple[float, ...]) -> tuple[float, float]:
     return float(np.arctan((near - along) / off)), float(np.arctan((far - along) / off))
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if name not in OTHERS])
-def test_textbook(context: Context, lanes: int, name: str) -> None:
-    case = CASES[name]
-    along, off, near, far = case
-    u = ((np.arange(N) + 0.5) / N).astype(np.float32)
-    t = run(context, lanes, case, "equiangular_sample({}, x)", u)
-    assert ((t >= np.float32(near)) & (t <= np.float32(far))).all()
-    first, last = angles(case)
-    right = along + off * np.tan(first + (last - first) * u.astype(float))
-    expected = off / ((last - first) * (off**2 + (right - along) ** 2))
-    # An error of a distance counts by the probability it holds; none can be less than distances are rounded by.
-    assert (np.abs(t - right) < 1e-5 / expected + 1.2e-7 * np.abs(right)).all()
-
-    places = np.clip(right.astype(np.float32), np.float32(near), np.float32(far))
-    pdf = run(context, lanes, case, "equiangular_pdf({}, x)", places)
-    assert np.allclose(pdf, expected, rtol=1e-4)
+def test_textbook(context: Context, lanes: int) -> None:
+    sampled, right, expected = samples(context, lanes), {}, {}
+    for name in CASES.keys() - OTHERS:
+        along, off, near, far = CASES[name]
+        first, last = angles(CASES[name])
+        right[name] = along + off * np.tan(first + (last - first) * U.astype(float))
+        expected[name] = off / ((last - first) * (off**2 + (right[name] - along) ** 2))
+        t = sampled[name]
+        assert ((t >= np.float32(near)) & (t <= np.float32(far))).all(), name
+        # An error of a distance counts by the probability it holds; none can be less than distances are rounded by.
+        assert (np.abs(t - right[name]) < 1e-5 / expected[name] + 1.2e-7 * np.abs(right[name])).all(), name
+    places = {name: within(CASES[name], right[name]) for name in right}
+    for name, pdf in run(context, lanes, "equiangular_pdf({}, x)", places).items():
+        assert np.allclose(pdf, expected[name], rtol=1e-4), name
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_density_is_that_of_the_samples(context: Context, lanes: int, name: str) -> None:
+def test_density_is_that_of_the_samples(context: Context, lanes: int) -> None:
     """The integral of the density up to a sample is its uniform; nothing outside the segment has a density."""
-    case = CASES[name]
-    along, _, near, far = case
-    u = ((np.arange(N) + 0.5) / N).astype(np.float32)
-    t = run(context, lanes, case, "equiangular_sample({}, x)", u)
-    assert (np.diff(t) >= 0).all()
-
-    # Places crowd around the light where the segment passes it or has no end.
-    places = np.linspace(near, far, 4 * N)
-    if near <= along <= far or far > 100:
-        ends = np.arcsinh((np.array([near, far]) - along) / 1e-6)
-        places = along + 1e-6 * np.sinh(np.linspace(*ends, 4 * N))
-    places = np.clip(places.astype(np.float32), np.float32(near), np.float32(far))
-    pdf = run(context, lanes, case, "equiangular_pdf({}, x)", places)
-    assert np.isfinite(pdf).all()
-    assert (pdf >= 0).all()
-    steps = np.diff(places.astype(float)) * (pdf[1:] + pdf[:-1]) / 2
-    cumulative = np.concatenate([[0], np.cumsum(steps)])
-    assert cumulative[-1] == pytest.approx(1, abs=2e-3)
-    assert np.allclose(np.interp(t, places.astype(float), cumulative), u, rtol=0, atol=2e-3)
-
-    beyond = np.array([near - 0.05, near - 1, 2 * far + 1], np.float32)
-    assert (run(context, lanes, case, "equiangular_pdf({}, x)", beyond) == 0).all()
+    places, beyond = {}, {}
+    for name, (along, _, near, far) in CASES.items():
+        # Places crowd around the light where the segment passes it or has no end.
+        places[name] = np.linspace(near, far, 4 * U.size)
+        if near <= along <= far or far > 100:
+            ends = np.arcsinh((np.array([near, far]) - along) / 1e-6)
+            places[name] = along + 1e-6 * np.sinh(np.linspace(*ends, 4 * U.size))
+        places[name] = within(CASES[name], places[name])
+        beyond[name] = np.array([near - 0.05, near - 1, 2 * far + 1])
+    sampled, density = samples(context, lanes), run(context, lanes, "equiangular_pdf({}, x)", places)
+    for name, pdf in density.items():
+        assert (np.diff(sampled[name]) >= 0).all(), name
+        assert np.isfinite(pdf).all(), name
+        assert (pdf >= 0).all(), name
+        x = places[name].astype(float)
+        cumulative = np.concatenate([[0], np.cumsum(np.diff(x) * (pdf[1:] + pdf[:-1]) / 2)])
+        assert cumulative[-1] == pytest.approx(1, abs=2e-3), name
+        assert np.allclose(np.interp(sampled[name], x, cumulative), U, rtol=0, atol=2e-3), name
+    for name, outside in run(context, lanes, "equiangular_pdf({}, x)", beyond).items():
+        assert (outside == 0).all(), name
 
 
 def test_it_follows_the_light(context: Context) -> None:
     """Sampled so, 1 / distance² has no variance."""
     along, off, _, _ = CASES["beside"]
-    u = np.random.default_rng(8).random(N, dtype=np.float32)
-    t = run(context, 1, CASES["beside"], "equiangular_sample({}, x)", u)
-    pdf = run(context, 1, CASES["beside"], "equiangular_pdf({}, x)", t.astype(np.float32))
+    t = samples(context, 1)["beside"]
+    pdf = run(context, 1, "equiangular_pdf({}, x)", {"beside": t})["beside"]
     weight = 1 / (off**2 + (t - along) ** 2) / pdf
     first, last = angles(CASES["beside"])
     assert np.allclose(weight, (last - first) / off, rtol=1e-4)

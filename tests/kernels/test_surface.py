@@ -1,4 +1,4 @@
-"""Surfaces against their float64 oracles: sphere, rectangle, disk, mesh; the hierarchy against trying every primitive."""
+"""Surfaces against their float64 oracles: sphere, rectangle, disk, mesh; the hierarchy against trying all."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ OCTAHEDRON = np.array([(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), 
 FACES = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (1, 0, 5), (2, 1, 5), (3, 2, 5), (0, 3, 5)])
 
 
-def trace(context: Context, world: Built, lanes: int, origin: Array, direction: Array, **more: Array) -> dict[str, Array]:
+def trace(
+    context: Context, world: Built, lanes: int, origin: Array, direction: Array, **more: Array
+) -> dict[str, Array]:
     more = {"onward": direction, "limit": np.full(len(origin), 1e30, np.float32)} | more
     got = run(context, world, lanes, BODY, RESULTS, origin=origin, direction=direction, **more).astype(float)
     names = ("position", 2), ("geometric", 5), ("shading", 8), ("from", 13)

@@ -60,12 +60,14 @@ def solid_angle(world: build.Built, lanes: int, context: Context) -> float:
     body += "surface_point at = surface_locate(world, hit, origin, direction);"
     emission = "material_emission(world, at.surface, direction, at.geometric)"
     shines = f"pick((real)0.f, (real)1.f, test(hit.t < 1e29f) & test({emission} > 0.f))"
-    return float(run(context, world, lanes, body, [shines], origin=np.zeros((n, 3)), direction=direction)[0].mean() * 4 * np.pi)
+    return float(
+        run(context, world, lanes, body, [shines], origin=np.zeros((n, 3)), direction=direction)[0].mean() * 4 * np.pi
+    )
 
 
 @pytest.mark.parametrize("name", EMITTERS)
 def test_emitters_are_sampled_by_their_density(context: Context, lanes: int, name: str) -> None:
-    """The density is the one that a ray finds; its inverse's mean is the solid angle; shadow rays end before the light."""
+    """The density is the one that a ray finds; its inverse's mean is the solid angle; shadow rays end before it."""
     world, n = built([EMITTERS[name]], {"o": Mesh(OCTAHEDRON, FACES)}), 1 << 15
     uniforms = dict(zip("uvw", np.random.default_rng(20).random((3, n), dtype=np.float32), strict=True))
     got = run(context, world, lanes, BODY, RESULTS, **{"from": np.zeros((n, 3))}, **uniforms).astype(float)
@@ -101,7 +103,9 @@ def test_primitives_are_chosen_by_area_and_luminance(context: Context, lanes: in
     mesh, files = soup(corners)
     bright = EmissiveMaterial(radiance=(1.0, 2.0, 4.0))
     scene = [
-        SphereSurface(center=(3, 0, 0), radius=0.2, material=EmissiveMaterial(radiance=(0.1, 0.0, 0.0), two_sided=True)),
+        SphereSurface(
+            center=(3, 0, 0), radius=0.2, material=EmissiveMaterial(radiance=(0.1, 0.0, 0.0), two_sided=True)
+        ),
         mesh.model_copy(update={"material": bright}),
         DiskSurface(radius=1, material=DiffuseMaterial()),
     ]
@@ -127,7 +131,12 @@ def test_a_closed_mesh_bounds_a_medium() -> None:
     glass = MeshSurface(file="o", material=DiffuseMaterial())
     bodies = build.place([glass], [(0, shape), (2, moved), (3, shape)], files.__getitem__)
     assert [(body.material.kind, body.media) for body in bodies] == [("diffuse", 0b1001), ("null", 0b100)]
-    assert [build.media_at(bodies, np.array([x, 0.0, 0.0])) for x in (-0.9, 0.2, 1.2, 1.6)] == [0b1001, 0b1101, 0b100, 0]
+    assert [build.media_at(bodies, np.array([x, 0.0, 0.0])) for x in (-0.9, 0.2, 1.2, 1.6)] == [
+        0b1001,
+        0b1101,
+        0b100,
+        0,
+    ]
     assert np.array_equal(build.corners(bodies), [[-1, -1, -1], [1, 1, 1], [-0.5, -1, -1], [1.5, 1, 1]])
 
 
@@ -154,5 +163,3 @@ def test_surfaces_without_area_are_refused() -> None:
     mesh, files = soup(np.zeros((2, 3, 3)))
     with pytest.raises(MeshError, match="none has an area"):
         built([mesh], files)
-
-

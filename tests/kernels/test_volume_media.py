@@ -218,6 +218,25 @@ def test_a_medium_of_one_temperature(context: Context) -> None:
     assert strongest(media[1], 1e9) == pytest.approx(radiance.max())
 
 
+def test_the_text_holds_what_the_scene_uses() -> None:
+    plain = {"kind": "grid", "file": "smoke", "albedo": 0.5}
+    alone = compose(media_of(plain), SPACE, GlobalMajorant())
+    for absent in ("field_holds", "spectrum_of", "chunk", "emission", "there", "field_nearest"):
+        assert absent not in alone.text
+    assert alone.files == ["majorant/global_walk.h", "volume/field.h", "volume/field_float.h"]
+    assert alone.kinds == {"majorant": ("global",), "volume": ("grid",), "storage": ("float",)}
+    moved = compose(media_of(plain | {"scale": 7, "to_world": TURNED}), SPACE, GlobalMajorant())
+    assert moved.text == alone.text
+    constant = {"kind": "constant", "shape": {"kind": "sphere", "radius": 2}, "sigma_t": 5, "albedo": 1}
+    assert not compose(media_of(constant), SPACE, GlobalMajorant()).files
+    both = compose(media_of(plain, plain | {"file": "bytes"}, constant), SPACE, GlobalMajorant())
+    assert both.text.count("field_holds") == 4
+    assert [record.member for record in both.records] == [
+        *("tracking", "majorant", "medium_0", "medium_0_density_field"),
+        *("medium_1", "medium_1_density_field", "medium_2"),
+    ]
+
+
 def test_facts() -> None:
     media = media_of(
         {"kind": "grid", "file": "smoke", "albedo": 0, "scale": 2, "storage_error": 0.01},

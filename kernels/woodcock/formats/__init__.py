@@ -23,9 +23,15 @@ from types import ModuleType
 from woodcock.formats import nanovdb, nifti, npy, npz, nrrd, raw, vdb, vol
 from woodcock.formats.grid import MAX_VOXELS, File, Grid, GridInfo, VolumeError, opened
 
-__all__ = ["MAX_VOXELS", "Grid", "GridInfo", "VolumeError", "list_grids", "read_grid"]
+__all__ = ["MAX_VOXELS", "Grid", "GridInfo", "VolumeError", "list_grids", "read_grid", "recognises"]
 
 _READERS = (vdb, nanovdb, npy, npz, vol, nrrd, nifti, raw)
+
+
+def recognises(path: Path) -> bool:
+    """Is the file a volume by what it begins with? Raises OSError, and VolumeError for what is no file."""
+    file = opened(path)
+    return any(reader.recognises(file) for reader in _READERS)
 
 
 def read_grid(path: Path, name: str | None = None) -> Grid:

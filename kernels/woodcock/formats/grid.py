@@ -12,8 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-#: Most voxels of a dense array: 4 GiB of float.
-MAX_VOXELS = 1 << 30
+#: Most voxels of a dense array: 32 GiB of float.
+MAX_VOXELS = 1 << 33
 
 
 class VolumeError(ValueError):
@@ -39,8 +39,10 @@ def opened(path: Path) -> File:
     if path.exists() and not path.is_file():
         raise VolumeError("is not a file")
     with path.open("rb") as stream:
-        size = stream.seek(0, os.SEEK_END)
-        return File(path, mmap.mmap(stream.fileno(), size, access=mmap.ACCESS_READ) if size else b"")
+        try:
+            return File(path, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ))
+        except ValueError:  # of a file that is empty
+            return File(path, b"")
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,16 @@ def quoted(text: str) -> str:
 
 
 def check_size(shape: Sequence[int], where: str) -> None:
-    """Refuses a dense array of `shape` (x, y, z) voxels that is larger than MAX_VOXELS."""
+    """Refuses a dense array of `shape` (x, y, z) voxels that is larger than MAX_VOXELS, or, as floats, than memory."""
     x, y, z = shape
     if x * y * z > MAX_VOXELS:
         raise VolumeError(f"{where} {x} × {y} × {z} voxels, more than the {MAX_VOXELS} that are allowed")
+    if 4 * x * y * z > memory():
+        raise VolumeError(
+            f"{where} {x} × {y} × {z} voxels, more than the {memory() >> 20} MiB of this machine's memory hold"
+        )
+
+
+def memory() -> int:
+    """Bytes of this machine."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

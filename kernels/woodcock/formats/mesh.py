@@ -19,7 +19,7 @@ from urllib.parse import unquote
 import numpy as np
 import numpy.typing as npt
 
-from woodcock.formats.grid import VolumeError, quoted
+from woodcock.formats.grid import Data, VolumeError, opened, quoted
 
 #: Most triangles of a mesh, and bytes of its file.
 MAX_FACES = 1 << 24
@@ -50,6 +50,11 @@ class Mesh:
     normals: Array | None = None
 
 
+def recognises(path: Path) -> bool:
+    """Is the file a mesh by what it begins with? Raises OSError."""
+    return _format(opened(path).data) is not None
+
+
 def read_mesh(path: Path) -> Mesh:
     """The triangles of a file, all its objects in one. Raises MeshError, whose text starts with the path."""
     try:
@@ -68,23 +73,31 @@ def _read(path: Path) -> Mesh:
     if path.exists() and not path.is_file():
         raise MeshError("is not a file")
     data = _bytes(path)
-    if data.startswith((b"ply\n", b"ply\r")):
-        return _checked(_understood("PLY", _ply, data))
-    if data.startswith(b"glTF"):
-        return _checked(_understood("glTF", _gltf, data, path.parent))
-    if data.lstrip()[:1] == b"{":
-        return _checked(_understood("glTF", _gltf, data, path.parent))
-    if re.search(rb"^v[ \t]", data, re.MULTILINE) and b"\0" not in data:
-        return _checked(_understood("OBJ", _obj, data))
+    match _format(data):
+        case "PLY":
+            return _checked(_understood("PLY", _ply, data))
+        case "glTF":
+            return _checked(_understood("glTF", _gltf, data, path.parent))
+        case "OBJ":
+            return _checked(_understood("OBJ", _obj, data))
     raise MeshError("is no mesh that can be read; PLY, OBJ and glTF files can")
 
 
+def _format(data: Data) -> str | None:
+    if data[:4] in (b"ply\n", b"ply\r"):
+        return "PLY"
+    if data[:4] == b"glTF" or re.match(rb"\s*\{", data):
+        return "glTF"
+    # No binary file of any size is searched to its end.
+    if data.find(b"\0") < 0 and re.search(rb"^v[ \t]", data, re.MULTILINE):
+        return "OBJ"
+    return None
+
+
 def _bytes(path: Path) -> bytes:
-    with path.open("rb") as file:
-        data = file.read(MAX_BYTES + 1)
-    if len(data) > MAX_BYTES:
+    if path.stat().st_size > MAX_BYTES:
         raise MeshError(f"is larger than {MAX_BYTES} bytes")
-    return data
+    return path.read_bytes()
 
 
 def _understood(name: str, read: Callable[..., Mesh], *arguments: Any) -> Mesh:
@@ -143,6 +156,9 @@ def _ply(data: bytes) -> Mesh:
     # Every element takes a byte at least, in text as in binary.
     if sum(lengths) > len(data):
         raise MeshError("is cut short: its header announces more than follows")
+    # Of text that is no number trimesh would read what comes before.
+    if re.search(rb"^format[ \t]+ascii", header, re.MULTILINE) and re.search(rb"[^\d\seE+.-]", data[end + 10 :]):
+        raise MeshError("has something else than numbers after its PLY header")
     parts = load_ply(io.BytesIO(data), skip_materials=True, fix_texture=False)
     faces = parts["metadata"]["_ply_raw"].get("face", {}).get("data")
     if isinstance(faces, np.ndarray):
@@ -179,7 +195,7 @@ def _check_lines(text: bytes) -> None:
     raise MeshError(f"has a line that is no vertex or face: {quoted(line)}")
 
 
-class _Folder:
+class _Folder(Mapping[str, bytes]):
     """What trimesh asks for the files that a glTF file names: those in its folder or below, and no others."""
 
     def __init__(self, folder: Path) -> None:
@@ -195,7 +211,11 @@ class _Folder:
         except OSError as error:
             raise MeshError(f"names a buffer that cannot be read, {quoted(uri)}: {error.strerror}") from None
 
-    get = __getitem__
+    def __iter__(self) -> Iterator[str]:
+        return iter(())  # what there is is asked for by name only
+
+    def __len__(self) -> int:
+        return 0
 
 
 def _gltf(data: bytes, folder: Path) -> Mesh:

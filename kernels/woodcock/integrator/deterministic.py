@@ -49,7 +49,9 @@ def lay_out(scene: Scene, read: Read, integrator: str) -> Layout:
     tolerance = getattr(scene.integrator, "tolerance", EmissionAbsorptionIntegrator().tolerance)
     records = [
         Record("film", "", "film", FILM, {"width": width, "height": height, "seed": scene.seed}),
-        Record("camera", scene.camera.kind, "camera", camera.FIELDS, camera.record(scene.camera, width / height, space)),
+        Record(
+            "camera", scene.camera.kind, "camera", camera.FIELDS, camera.record(scene.camera, width / height, space)
+        ),
         Record("filter", scene.film.filter.kind, "filter", filter_.FIELDS, filter_.record(scene.film.filter)),
         Record("integrator", "", "integrator", {"tolerance": "float"}, {"tolerance": tolerance}),
         *(Record(*numbers) for numbers in composed.records if numbers.concept not in ("tracking", "majorant")),
@@ -105,7 +107,9 @@ def _check(scene: Scene, integrator: str) -> None:
     for index, volume in enumerate(scene.volumes):
         if isinstance(volume, ConstantVolume) and isinstance(volume.shape, MeshShape):
             where = f"volumes.{index}.shape"
-            raise SceneError(f"{where}: the integrator {integrator} knows boxes and spheres; volumetric_path, meshes too")
+            raise SceneError(
+                f"{where}: the integrator {integrator} knows boxes and spheres; volumetric_path, meshes too"
+            )
 
 
 def _corners(medium: Medium) -> Array:

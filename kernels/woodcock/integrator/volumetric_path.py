@@ -15,6 +15,7 @@ from woodcock.layout import Buffers, Kinds, Layout, Read, Record, coloured, inst
 from woodcock.program import file_of
 from woodcock.scene import BoxFilter, BoxShape, ConstantVolume, GlobalMajorant, HenyeyGreensteinPhase, Scene, Volume
 from woodcock.space import Array, Space
+from woodcock.volume.field import CHUNK
 
 CAMERAS = ("perspective", "orthographic", "spherical")
 PHASES = ("isotropic", "henyey_greenstein")
@@ -32,7 +33,8 @@ def suits(scene: Scene, read: Read) -> bool:
         plain = isinstance(volume.shape, BoxShape) and not isinstance(volume.sigma_t, tuple)
     else:
         plain = volume.interpolation == "trilinear" and volume.albedo_grid is None and volume.storage_error == 0
-        plain = plain and not isinstance(volume.scale, tuple) and read(volume.file, volume.grid).values.ndim == 3
+        values = read(volume.file, volume.grid).values
+        plain = plain and not isinstance(volume.scale, tuple) and values.ndim == 3 and values.nbytes <= CHUNK
     sharp = isinstance(volume.phase, HenyeyGreensteinPhase) and volume.phase.g > SHARPEST
     return (
         plain
@@ -196,5 +198,3 @@ def _light_sample(lights: list[Record]) -> str:
     if len(lights) > 1:
         lines.append(f"    *weight = spectrum_scale(*weight, (real){len(lights)}.f);")
     return "\n".join([*filter(None, lines), "    return towards;", "}", ""])
-
-

@@ -47,7 +47,9 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     volumes = tuple(map(without_deltas, scene.volumes))
     media = read_media(volumes, read)
     shining = image.read_all(scene.lights)
-    meshes = [(i, v.shape) for i, v in enumerate(volumes) if isinstance(v, ConstantVolume) and isinstance(v.shape, MeshShape)]
+    meshes = [
+        (i, v.shape) for i, v in enumerate(volumes) if isinstance(v, ConstantVolume) and isinstance(v.shape, MeshShape)
+    ]
     bodies = place(scene.surfaces, meshes, cache(lambda file: read_mesh(Path(file))))
     corners = _corners(media, bodies)
     space = Space.around(corners, _strongest(scene, shining, media, corners))
@@ -63,9 +65,13 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     camera, filter_ = module("camera", scene.camera.kind), module("filter", scene.film.filter.kind)
     records = [
         Record("film", "", "film", FILM, {"width": width, "height": height, "seed": scene.seed}),
-        Record("camera", scene.camera.kind, "camera", camera.FIELDS, camera.record(scene.camera, width / height, space)),
+        Record(
+            "camera", scene.camera.kind, "camera", camera.FIELDS, camera.record(scene.camera, width / height, space)
+        ),
         Record("filter", scene.film.filter.kind, "filter", filter_.FIELDS, filter_.record(scene.film.filter)),
-        Record("bounds", "", "bounds", BOUNDS, _bounds(corners, space, media_at(bodies, np.array(scene.camera.origin)))),
+        Record(
+            "bounds", "", "bounds", BOUNDS, _bounds(corners, space, media_at(bodies, np.array(scene.camera.origin)))
+        ),
         *(Record(*numbers) for numbers in composed.records),
         *_shapes(volumes, space),
         *phase.records,
@@ -109,9 +115,16 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     ]
     after = [part for part in after if part]
     emits = any(volume.emission is not None for volume in volumes)
-    after += [media_calls.emission(volumes), "integrator/full/emission.h"] if emits else ["integrator/full/no_emission.h"]
     after += (
-        [media_calls.grids(volumes, scene.majorant.kind, "world->majorant_grid_bounds, " if scene.majorant.kind == "grid" else ""), "integrator/full/grids.h"]
+        [media_calls.emission(volumes), "integrator/full/emission.h"] if emits else ["integrator/full/no_emission.h"]
+    )
+    after += (
+        [
+            media_calls.grids(
+                volumes, scene.majorant.kind, "world->majorant_grid_bounds, " if scene.majorant.kind == "grid" else ""
+            ),
+            "integrator/full/grids.h",
+        ]
         if grids
         else ["integrator/full/no_grids.h"]
     )
@@ -137,7 +150,12 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         channels=channels,
         names=layer_names(scene, channels),
         records=tuple(records),
-        buffers={**composed.buffers, **({n: a for n, (_, a) in surfaces.buffers.items()} if surfaces else {}), **phase.buffers, **light_buffers},
+        buffers={
+            **composed.buffers,
+            **({n: a for n, (_, a) in surfaces.buffers.items()} if surfaces else {}),
+            **phase.buffers,
+            **light_buffers,
+        },
         space=space,
         before_world=(f"core/coefficient_{3 if spectral else 1}.h", "core/light_sample.h", *files),
         after_world=tuple(after),

@@ -52,10 +52,7 @@ def read(light: ImageLight) -> Picture:
     """Reads the light's file. Raises ImageError, whose text starts with it, for one that is no environment."""
     texels = read_picture(Path(light.file))
     height, width = texels.shape[:2]
-    if width != 2 * height:
-        raise ImageError(
-            f"{light.file}: is {width} × {height} pixels; a picture of all directions is twice as wide as high"
-        )
+    check_size(width, height, light.file)
     low, high = float(texels.min()), float(texels.max())
     if not (math.isfinite(low) and math.isfinite(high)):
         raise ImageError(f"{light.file}: holds values that are not finite; radiance is 0 or more and finite")
@@ -67,6 +64,12 @@ def read(light: ImageLight) -> Picture:
     if strength(picture).max() > LARGEST:
         raise ImageError(f"{light.file}: its largest value times scale is above {LARGEST:g}, the largest radiance")
     return picture
+
+
+def check_size(width: int, height: int, file: str) -> None:
+    """Raises ImageError for a picture that cannot be one of all directions."""
+    if width != 2 * height:
+        raise ImageError(f"{file}: is {width} × {height} pixels; a picture of all directions is twice as wide as high")
 
 
 def read_all(lights: Sequence[Light]) -> list[Light | Picture]:

@@ -30,12 +30,13 @@ MARGIN = 2.0**-20
 class Bounded:
     """What majorants need of a grid medium.
 
-    slab(a, b): σ_t of the layers a to b - 1, float32 [z][y][x], scene units, the largest of its channels, as stored on
-    the device; size: voxels (x, y, z); footprint: how far from a voxel's middle it counts, in voxels, 1 trilinear and ½
-    nearest; to_scene: (4, 4) from voxels.
+    slab(a, b) × scale: σ_t of the layers a to b - 1, float32 [z][y][x], scene units, the largest of its channels, as
+    stored on the device; size: voxels (x, y, z); footprint: how far from a voxel's middle it counts, in voxels, 1
+    trilinear and ½ nearest; to_scene: (4, 4) from voxels.
     """
 
     slab: Callable[[int, int], Floats]
+    scale: float
     size: tuple[int, int, int]
     footprint: float
     to_scene: Array
@@ -52,15 +53,15 @@ def record(cells: tuple[int, int, int], size: Array) -> dict[str, Array | int]:
     return {"cells_x": cells[0], "cells_y": cells[1], "cells_z": cells[2], "per_cell": np.array(cells) / size}
 
 
-def buffers(bounds: Floats, space: Space) -> dict[str, Floats]:
+def buffers(bounds: Array, space: Space) -> dict[str, Floats]:
     """bounds: [z][y][x] in scene units -> those of the device, rounded up."""
     with np.errstate(over="ignore"):
-        scaled = np.ldexp(bounds.astype(np.float64), space.length_exponent).astype(np.float32)
+        scaled = np.ldexp(bounds, space.length_exponent).astype(np.float32)
     raised = np.where(scaled > 0, np.nextafter(scaled, np.float32(np.inf)), np.float32(0))
     return {"bounds": np.minimum(raised, np.finfo(np.float32).max / 256).astype(np.float32).reshape(-1)}
 
 
-def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0) -> Floats:
+def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0) -> Array:
     """[z][y][x]: the largest σ_t over each cell of the medium's own box. error: of positions, a length in the scene."""
     margins = MARGIN * np.array(medium.size) + error * np.abs(np.linalg.inv(medium.to_scene)[:3, :3]).sum(axis=1)
     ranges = [
@@ -71,12 +72,12 @@ def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0) -> 
     for layer, (low, high) in enumerate(ranges[2]):
         plane = medium.slab(low, high).max(axis=0)
         result[layer] = _pooled(_pooled(plane, ranges[1]).T, ranges[0]).T
-    return result
+    return result * medium.scale
 
 
 def combined(
     media: Sequence[Bounded], cells: tuple[int, int, int], low: Array, high: Array, error: float = 0.0
-) -> Floats:
+) -> Array:
     """[z][y][x]: bounds on Σ σ_t over the cells of the axis-aligned box from low to high, (3,) each, in the scene."""
     total = np.zeros(cells[::-1])
     side = (high - low) / cells
@@ -105,8 +106,7 @@ def combined(
                 place = np.where(short, 0, np.floor(start))
                 places.append(np.clip(place, -window[axis], own[axis]).astype(int) + window[axis])
             total[layer] += largest[places[2], places[1], places[0]]
-    rounded = total.astype(np.float32)
-    return np.where(total > 0, np.nextafter(rounded, np.float32(np.inf)), np.float32(0))
+    return total
 
 
 def _voxels(size: int, cells: int, footprint: float, margin: float) -> list[tuple[int, int]]:
@@ -125,10 +125,10 @@ def _pooled(plane: Floats, ranges: list[tuple[int, int]]) -> Floats:
     return result
 
 
-def _windowed(values: Floats, axis: int, width: int) -> Floats:
+def _windowed(values: Array, axis: int, width: int) -> Array:
     """Maxima over [i - width, i) of an axis for i from 0 to its length + width; outside it is 0."""
     moved = np.moveaxis(values, axis, 0)
-    padding = np.zeros((width, *moved.shape[1:]), np.float32)
+    padding = np.zeros((width, *moved.shape[1:]))
     result = np.concatenate([padding, moved, padding])
     covered = 1
     while covered < width:

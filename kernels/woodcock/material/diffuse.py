@@ -19,7 +19,7 @@ def evaluate(material: DiffuseMaterial, into: Array, out: Array, normal: Array) 
     """Float64 oracle: f |cos| (..., channels) of directions of travel (..., 3)."""
     before, after = (into * normal).sum(-1), (out * normal).sum(-1)
     cosine = np.where(before * after < 0, np.abs(after), 0.0)
-    return cosine[..., None] * np.atleast_1d(np.array(material.reflectance)) / np.pi
+    return np.asarray(cosine[..., None] * np.atleast_1d(np.array(material.reflectance)) / np.pi)
 
 
 def density(material: DiffuseMaterial, into: Array, out: Array, normal: Array) -> Array:

@@ -98,6 +98,8 @@ Filter = Annotated[BoxFilter | TentFilter | GaussianFilter, Field(discriminator=
 
 
 class Film(Model):
+    """The picture's size, and how samples lie around a pixel."""
+
     width: Count = Field(default=512, ge=1, le=1 << 16, description="Pixels.")
     height: Count = Field(default=512, ge=1, le=1 << 16, description="Pixels.")
     filter: Filter = Field(default=BoxFilter(), description="Pixel filter.")

@@ -102,7 +102,7 @@ class MixturePhase(Model):
     """A weighted sum of other phase functions."""
 
     kind: Literal["mixture"] = "mixture"
-    components: Annotated[tuple[Component, ...], length(1, MAX_COMPONENTS)]
+    components: Annotated[tuple[Component, ...], length(1, MAX_COMPONENTS)] = Field(description="What is summed.")
 
 
 Phase = Annotated[

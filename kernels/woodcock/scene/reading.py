@@ -57,7 +57,9 @@ def _renamed(value: T, rename: Callable[[str], str]) -> T:
         return tuple(_renamed(item, rename) for item in value)  # type: ignore[return-value]
     if not isinstance(value, BaseModel):
         return value
-    changes = {name: _renamed(item, rename) for name, item in value if isinstance(item, BaseModel | tuple)}
+    changes: dict[str, Any] = {
+        name: _renamed(item, rename) for name, item in value if isinstance(item, BaseModel | tuple)
+    }
     if file := getattr(value, "file", None):
         changes["file"] = rename(file)
     return value.model_copy(update=changes)

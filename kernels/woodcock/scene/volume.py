@@ -125,7 +125,7 @@ class GridFile(Model):
 class GridVolume(_Medium):
     """Density on a regular grid; σ_t = scale × density. A grid of colours gives σ_t for red, green and blue.
 
-    A file with a transform of its own (OpenVDB) is placed by it; any other fills the unit cube. `to_world` follows.
+    A file with a transform of its own is placed by it; any other fills the unit cube. `to_world` follows.
     """
 
     kind: Literal["grid"] = "grid"

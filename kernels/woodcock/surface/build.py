@@ -23,7 +23,8 @@ from woodcock.surface import mesh as triangles
 #: Kinds of primitives; their numbers in the buffers are positions here.
 KINDS = ("sphere", "rectangle", "disk", "mesh")
 
-#: Triangles whose edges' cross product is shorter, in the space of kernels, are left out: float32 knows no normal there.
+#: Triangles whose edges' cross product is shorter, in the space of kernels, are left out: float32 knows no normal of
+#: theirs.
 LEAST_CROSS = 1e-17
 
 
@@ -41,8 +42,8 @@ class Body:
 
 @dataclass(frozen=True)
 class Built:
-    """primitives (n, 3) int32: position in KINDS, first number in that kind's buffer, body; as the leaves of `boxes` and
-    `links` name them. numbers: of each kind in use. normals: as long as the mesh's numbers, where a mesh is smooth."""
+    """primitives (n, 3) int32: position in KINDS, first number in that kind's buffer, body; as the leaves of `boxes`
+    and `links` name them. numbers: of each kind in use. normals: as many as mesh numbers, where a mesh is smooth."""
 
     bodies: tuple[Body, ...]
     primitives: NDArray[np.int32]
@@ -104,15 +105,7 @@ def build(bodies: Sequence[Body], space: Space) -> Built:
 
     Raises MeshError where no triangle has an area.
     """
-    moved = []
-    for body in bodies:
-        numbers = module("surface", body.kind).move(body.numbers, space).astype(np.float32)
-        normals = body.normals
-        if body.kind == "mesh":
-            solid = 2 * triangles.area(numbers.astype(np.float64)) >= LEAST_CROSS
-            numbers, normals = numbers[solid], None if normals is None else normals[solid]
-        moved.append(replace(body, numbers=numbers, normals=normals))
-
+    moved = [_moved(body, space) for body in bodies]
     primitives, bounds, areas = [], [], []
     numbers_of: dict[str, list[NDArray[np.float32]]] = {}
     normals_of: list[NDArray[np.float32]] = []
@@ -123,13 +116,12 @@ def build(bodies: Sequence[Body], space: Space) -> Built:
         counts[body.kind] += kind.WIDTH * count
         whole = np.full(count, KINDS.index(body.kind)), first, np.full(count, index)
         primitives.append(np.stack(whole, axis=1))
-        exact = body.numbers.astype(np.float64)
-        bounds.append(kind.bounds(exact))
-        areas.append(kind.area(exact))
-        numbers_of.setdefault(body.kind, []).append(body.numbers)
+        bounds.append(kind.bounds(body.numbers))
+        areas.append(kind.area(body.numbers))
+        numbers_of.setdefault(body.kind, []).append(body.numbers.astype(np.float32))
         if body.kind == "mesh":
-            flat = np.zeros_like(body.numbers)
-            normals_of.append(flat if body.normals is None else body.normals.astype(np.float32))
+            normals = np.zeros_like(body.numbers) if body.normals is None else body.normals
+            normals_of.append(normals.astype(np.float32))
     if not sum(map(len, areas)):
         raise MeshError("surfaces: none has an area that float32 could tell from none")
     smooth = any(body.normals is not None for body in moved)
@@ -143,3 +135,12 @@ def build(bodies: Sequence[Body], space: Space) -> Built:
         {kind: np.concatenate(numbers_of[kind]).reshape(-1) for kind in KINDS if kind in numbers_of},
         np.concatenate(normals_of).reshape(-1) if smooth else None,
     )
+
+
+def _moved(body: Body, space: Space) -> Body:
+    """A body in the space of kernels, its numbers rounded as kernels see them, without triangles that are none."""
+    numbers = module("surface", body.kind).move(body.numbers, space).astype(np.float32).astype(np.float64)
+    if body.kind != "mesh":
+        return replace(body, numbers=numbers)
+    solid = 2 * triangles.area(numbers) >= LEAST_CROSS
+    return replace(body, numbers=numbers[solid], normals=None if body.normals is None else body.normals[solid])

@@ -24,7 +24,8 @@ def check(corners: Array, file: str) -> None:
     _, shared = np.unique(edges[:, 0] * (index.max() + 1) + edges[:, 1], return_counts=True)
     if open_edges := int((shared % 2).sum()):
         raise MeshError(
-            f"{file}: has {open_edges} edges that are not shared by two faces; the shape of a medium must be a closed mesh"
+            f"{file}: has {open_edges} edges that are not shared by two faces; "
+            "the shape of a medium must be a closed mesh"
         )
 
 

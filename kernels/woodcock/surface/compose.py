@@ -1,4 +1,4 @@
-"""Surfaces and materials as parts of a program: kinds in use, buffers, and calls that dispatch between those kinds only."""
+"""Surfaces and materials as parts of a program: kinds in use, buffers, and calls that go to just those kinds."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ SHARES = 1 << 24
 
 @dataclass(frozen=True)
 class Composed:
-    """kinds: by concept; buffers: name -> elements' C type, array; parts: for `flatten`, files and generated text, to come
-    after `struct world`, whose members the buffers are; emits: whether `surface_light_sample` and its density are there."""
+    """kinds: by concept; buffers: name -> elements' C type, array; parts: for `flatten`, files and generated text, to
+    come after `struct world`, whose members the buffers are; emits: whether `surface_light_sample` and its density are
+    there."""
 
     kinds: dict[str, tuple[str, ...]]
     buffers: dict[str, tuple[str, NDArray[np.generic]]]
@@ -116,6 +117,7 @@ def _shares(weight: Array) -> NDArray[np.int64]:
     """Whole numbers of sum SHARES in proportion to weights, each at least 1, so that nothing that shines is missed."""
     if not weight.sum() > 0:
         weight = np.ones_like(weight)
-    share = 1 + np.floor(weight / weight.max() / (weight / weight.max()).sum() * (SHARES - len(weight))).astype(np.int64)
+    weight = weight / weight.max()  # so that no sum overflows
+    share: NDArray[np.int64] = 1 + np.floor(weight / weight.sum() * (SHARES - len(weight))).astype(np.int64)
     share[np.argmax(weight)] += SHARES - share.sum()
     return share

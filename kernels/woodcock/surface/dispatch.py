@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from woodcock.layout import module
 from woodcock.surface.build import KINDS
 
+_WORLD = "const struct world *world"
 _TEST_RESULTS = {"sphere": "&t", "rectangle": "&t, &u, &v", "disk": "&t", "mesh": "&t, &u, &v"}
 _TEST_RAY = {"mesh": "&prepared->mesh, origin"}
 _LOCATE = {"sphere": "origin, direction, hit.t", "rectangle": "hit.u, hit.v", "mesh": "hit.u, hit.v"}
@@ -25,11 +26,14 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
         "    return prepared;",
         "}",
         "static inline integer surface_primitive(const struct world *world, integer primitive, int member) {",
-        "    return gather(int, world->surface_primitives, 3 * pick(primitive, (integer)0, test(primitive < 0)) + member);",
+        "    const integer known = pick(primitive, (integer)0, test(primitive < 0));",
+        "    return gather(int, world->surface_primitives, 3 * known + member);",
         "}",
-        "static inline mask surface_test(const struct world *world, const surface_prepared *prepared, integer primitive,",
-        "                                vector origin, vector direction, mask tried, surface_hit *hit) {",
-        "    const integer kind = surface_primitive(world, primitive, 0), first = surface_primitive(world, primitive, 1);",
+        f"static inline mask surface_test({_WORLD}, const surface_prepared *prepared,",
+        "                                integer primitive, vector origin, vector direction, mask tried,",
+        "                                surface_hit *hit) {",
+        "    const integer kind = surface_primitive(world, primitive, 0);",
+        "    const integer first = surface_primitive(world, primitive, 1);",
         "    mask met = (mask)0;",
     ]
     for kind in kinds:
@@ -39,7 +43,8 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
             f"    if (some(of_{kind})) {{",
             "        real t = (real)0.f, u = (real)0.f, v = (real)0.f;",
             f"        const integer at = pick((integer)0, first, of_{kind});",
-            f"        mask hits = of_{kind} & surface_{kind}_intersect(world->surface_{kind}, at, {ray}, {_TEST_RESULTS[kind]});",
+            f"        mask hits = surface_{kind}_intersect(world->surface_{kind}, at, {ray}, {_TEST_RESULTS[kind]});",
+            f"        hits &= of_{kind};",
             "        hit->t = pick(hit->t, t, hits);",
             "        hit->u = pick(hit->u, u, hits);",
             "        hit->v = pick(hit->v, v, hits);",
@@ -49,7 +54,8 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
     lines += [
         "    return met;",
         "}",
-        "static inline surface_point surface_locate(const struct world *world, surface_hit hit, vector origin, vector direction) {",
+        f"static inline surface_point surface_locate({_WORLD}, surface_hit hit, vector origin,",
+        "                                           vector direction) {",
         *_chosen("hit.primitive"),
     ]
     for kind in kinds:
@@ -58,7 +64,8 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
         if kind == "mesh" and smooth:
             extra = [
                 "        // Where the shading normal is turned away from a ray that sees the face, it is not used.",
-                "        vector n = surface_mesh_shading(world->surface_mesh_normals, at, hit.u, hit.v, other.geometric);",
+                "        vector n = surface_mesh_shading(world->surface_mesh_normals, at, hit.u, hit.v,",
+                "                                        other.geometric);",
                 "        mask seen = test(vector_dot(n, direction) * vector_dot(other.geometric, direction) > 0.f);",
                 "        shading = vector_pick(other.geometric, n, seen);",
             ]
@@ -68,7 +75,8 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
 
 def _chosen(primitive: str) -> list[str]:
     return [
-        f"    const integer kind = surface_primitive(world, {primitive}, 0), first = surface_primitive(world, {primitive}, 1);",
+        f"    const integer kind = surface_primitive(world, {primitive}, 0);",
+        f"    const integer first = surface_primitive(world, {primitive}, 1);",
         "    surface_point point = {{(real)0.f, (real)0.f, (real)0.f}, {(real)0.f, (real)0.f, (real)1.f},",
         "                           {(real)0.f, (real)0.f, (real)1.f}, (real)0.f, (integer)0};",
         f"    point.surface = surface_primitive(world, {primitive}, 2);",
@@ -100,14 +108,21 @@ def emitters(kinds: Sequence[str]) -> str:
     ]
     flat = [kind for kind in kinds if kind != "sphere"]
     for kind in flat:
-        lines += _branch(kind, [f"        surface_{kind}_emit(world->surface_{kind}, at, u, v, &other);"], "other.geometric")
-    lines.append("    real density = surface_emit_flat(from, point, towards, distance);" if flat else "    real density = (real)0.f;")
+        lines += _branch(
+            kind, [f"        surface_{kind}_emit(world->surface_{kind}, at, u, v, &other);"], "other.geometric"
+        )
+    lines.append(
+        "    real density = surface_emit_flat(from, point, towards, distance);"
+        if flat
+        else "    real density = (real)0.f;"
+    )
     if "sphere" in kinds:
         if not flat:
             lines.append("    *towards = point.geometric; *distance = (real)0.f;")
         body = [
             "        vector way;",
-            "        real length, d = surface_sphere_emit(world->surface_sphere, at, from, u, v, &way, &length, &other);",
+            "        real length, d;",
+            "        d = surface_sphere_emit(world->surface_sphere, at, from, u, v, &way, &length, &other);",
         ]
         after = [
             "        *towards = vector_pick(*towards, way, of_sphere);",
@@ -119,8 +134,8 @@ def emitters(kinds: Sequence[str]) -> str:
         "    *found = point;",
         "    return density;",
         "}",
-        "static inline real surface_emit_pdf(const struct world *world, integer primitive, vector from, surface_point point,",
-        "                                    vector direction) {",
+        f"static inline real surface_emit_pdf({_WORLD}, integer primitive, vector from,",
+        "                                    surface_point point, vector direction) {",
         "    vector way = vector_along(point.position, (real)-1.f, from);",
         "    real squared = vector_dot(way, way);",
         "    real density = squared / larger(fabs(vector_dot(direction, point.geometric)), (real)1e-6f);",
@@ -130,7 +145,8 @@ def emitters(kinds: Sequence[str]) -> str:
             f"    const mask of_sphere = test(surface_primitive(world, primitive, 0) == {KINDS.index('sphere')});",
             "    if (some(of_sphere)) {",
             "        const integer at = pick((integer)0, surface_primitive(world, primitive, 1), of_sphere);",
-            "        real d = surface_sphere_emit_pdf(world->surface_sphere, at, from, direction, sqrt(squared), point);",
+            "        real d, length = sqrt(squared);",
+            "        d = surface_sphere_emit_pdf(world->surface_sphere, at, from, direction, length, point);",
             "        density = pick(density, d, of_sphere);",
             "    }",
         ]
@@ -155,7 +171,8 @@ def materials(used: Sequence[str], numbers: Sequence[str]) -> str:
         "    const integer kind = surface_record(world, surface, 0);",
         f"    return {masks([kind for kind in used if kind == 'null'])};",
         "}",
-        "static inline spectrum material_emission(const struct world *world, integer surface, vector in, vector geometric) {",
+        f"static inline spectrum material_emission({_WORLD}, integer surface, vector in,",
+        "                                         vector geometric) {",
         "    spectrum radiance = spectrum_grey((real)0.f);",
     ]
     if "emissive" in used:
@@ -172,8 +189,9 @@ def materials(used: Sequence[str], numbers: Sequence[str]) -> str:
     lines += [
         "    return radiance;",
         "}",
-        "static inline void material_sample(const struct world *world, integer surface, vector in, vector shading,",
-        "                                   vector geometric, real u, real v, real w, vector *out, spectrum *weight, real *pdf) {",
+        f"static inline void material_sample({_WORLD}, integer surface, vector in, vector shading,",
+        "                                   vector geometric, real u, real v, real w, vector *out,",
+        "                                   spectrum *weight, real *pdf) {",
         head,
         "    *out = in;",
         "    *weight = spectrum_grey((real)0.f);",
@@ -195,8 +213,8 @@ def materials(used: Sequence[str], numbers: Sequence[str]) -> str:
         ]
     lines += [
         "}",
-        "static inline void material_eval(const struct world *world, integer surface, vector in, vector out, vector shading,",
-        "                                 vector geometric, spectrum *value, real *pdf) {",
+        f"static inline void material_eval({_WORLD}, integer surface, vector in, vector out,",
+        "                                 vector shading, vector geometric, spectrum *value, real *pdf) {",
         head,
         "    *value = spectrum_grey((real)0.f);",
         "    *pdf = (real)0.f;",
@@ -210,7 +228,8 @@ def materials(used: Sequence[str], numbers: Sequence[str]) -> str:
             "        spectrum one_value;",
             "        real one_pdf;",
             f"        const integer first = pick((integer)0, at, of_{kind});",
-            f"        material_{kind}_eval(world->material_numbers, first, in, out, shading, geometric, &one_value, &one_pdf);",
+            f"        material_{kind}_eval(world->material_numbers, first, in, out, shading, geometric, &one_value,",
+            "                             &one_pdf);",
             f"        *value = spectrum_pick(*value, one_value, of_{kind});",
             f"        *pdf = pick(*pdf, one_pdf, of_{kind});",
             "    }",

@@ -15,7 +15,7 @@ Integers = NDArray[np.int64]
 
 BINS = 16
 LARGEST_LEAF = 4
-#: Levels after which boxes are halved by count: no arrangement of primitives makes the tree deeper than this and log2(n).
+#: Levels after which boxes are halved by count, so that no arrangement of primitives makes a tree of many more.
 SAH_LEVELS = 48
 #: Boxes are padded by this part of the scene's largest coordinate: what rounding moves a ray at most.
 PADDING = 2.0**-21
@@ -59,7 +59,7 @@ def build(bounds: Array) -> Hierarchy:
         run = np.repeat(np.arange(len(first)), count)
         right = _goes_right(bounds[order[at]], middles[order[at]], run, starts, count, len(levels) >= SAH_LEVELS)
         # Each run in two, stably: what goes right comes after what does not.
-        rank = np.cumsum(right) - right
+        rank: Integers = np.cumsum(right) - right
         rank -= rank[starts][run]
         lefts = count - np.add.reduceat(right.astype(np.int64), starts)
         place = np.where(right, lefts[run] + rank, np.arange(len(run)) - starts[run] - rank)
@@ -71,7 +71,7 @@ def build(bounds: Array) -> Hierarchy:
 
 def _members(first: Integers, count: Integers) -> Integers:
     """Positions in runs of `order`, one run after the other."""
-    return np.arange(count.sum()) + np.repeat(first - (np.cumsum(count) - count), count)
+    return np.asarray(np.arange(count.sum()) + np.repeat(first - (np.cumsum(count) - count), count))
 
 
 def _joined(bounds: Array, starts: Integers) -> Array:
@@ -104,14 +104,14 @@ def _goes_right(
     for k in range(3):
         np.minimum.at(lows[k], key, bounds[:, 0, k])
         np.maximum.at(highs[k], key, bounds[:, 1, k])
-    lows, highs = (np.moveaxis(side.reshape(3, runs, BINS), 0, -1) for side in (lows, highs))
 
     # Cost of every cut between bins: areas of what lies below and above it, times their primitives.
     below = np.cumsum(counts, axis=1)[:, :-1]
     above = count[:, None] - below
-    left = _half_area(np.minimum.accumulate(lows, 1)[:, :-1], np.maximum.accumulate(highs, 1)[:, :-1])
+    low_of, high_of = (np.moveaxis(side.reshape(3, runs, BINS), 0, -1) for side in (lows, highs))
+    left = _half_area(np.minimum.accumulate(low_of, 1)[:, :-1], np.maximum.accumulate(high_of, 1)[:, :-1])
     right = _half_area(
-        np.minimum.accumulate(lows[:, ::-1], 1)[:, -2::-1], np.maximum.accumulate(highs[:, ::-1], 1)[:, -2::-1]
+        np.minimum.accumulate(low_of[:, ::-1], 1)[:, -2::-1], np.maximum.accumulate(high_of[:, ::-1], 1)[:, -2::-1]
     )
     with np.errstate(invalid="ignore"):
         cost = np.where((below > 0) & (above > 0), left * below + right * above, np.inf)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from woodcock.formats.mesh import Mesh
+from woodcock.formats.mesh import Integers, Mesh
 from woodcock.space import Array, Space
 
 #: Numbers of one primitive: three corners.
@@ -14,7 +14,7 @@ WIDTH = 9
 def place(mesh: Mesh, to_world: Array) -> Array:
     """(n, WIDTH) in the scene. A mirroring placement turns the corners' order, so that the outside stays outside."""
     corners = (mesh.vertices @ to_world[:3, :3].T + to_world[:3, 3])[_order(mesh, to_world)]
-    return corners.reshape(-1, WIDTH)
+    return np.asarray(corners.reshape(-1, WIDTH))
 
 
 def place_normals(mesh: Mesh, to_world: Array) -> Array:
@@ -26,10 +26,10 @@ def place_normals(mesh: Mesh, to_world: Array) -> Array:
     normals = mesh.normals @ np.linalg.inv(matrix)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
-    return normals[_order(mesh, to_world)].reshape(-1, 9)
+    return np.asarray(normals[_order(mesh, to_world)].reshape(-1, 9))
 
 
-def _order(mesh: Mesh, to_world: Array) -> Array:
+def _order(mesh: Mesh, to_world: Array) -> Integers:
     return mesh.faces[:, ::-1] if np.linalg.det(to_world[:3, :3]) < 0 else mesh.faces
 
 

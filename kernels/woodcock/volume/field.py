@@ -182,7 +182,9 @@ def _encoded(values: Values, storage: str, step: float) -> Values:
 
 
 def _decoded(stored: Values, step: float) -> Floats:
-    return stored.astype(np.float32) * np.float32(step)
+    if 1e-37 < step < 1e37:
+        return stored.astype(np.float32) * np.float32(step)
+    return (stored.astype(np.float64) * step).astype(np.float32)
 
 
 def _error(values: Values, storage: str, step: float, largest: float, allowed: float) -> float | None:

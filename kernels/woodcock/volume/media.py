@@ -89,15 +89,15 @@ class Medium:
         """What majorants are made from, for a grid medium."""
         assert self.density is not None
         assert isinstance(self.volume, GridVolume)
-        field, scale = self.density, np.atleast_1d(np.array(self.volume.scale))
+        field, scale = self.density, np.atleast_1d(np.array(self.volume.scale, float))
+        most = float(scale.max())
+        weights = (scale / most if most > 0 else scale).astype(np.float32)
 
         def slab(first: int, stop: int) -> Floats:
             values = field.decoded(first, stop)
-            if values.ndim == 4:
-                return np.asarray((values * scale.astype(np.float32)).max(axis=-1))
-            return values * np.float32(scale.max())
+            return values if values.ndim == 3 else np.asarray((values * weights).max(axis=-1))
 
-        return Bounded(slab, field.size, 0.5 if field.nearest else 1.0, self.to_scene(field))
+        return Bounded(slab, most, field.size, 0.5 if field.nearest else 1.0, self.to_scene(field))
 
 
 def read_media(volumes: Sequence[Volume], read: Read) -> tuple[Medium, ...]:

@@ -14,7 +14,7 @@ from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import JobCreate, JobSummary, summary
 from woodcock_server.problems import Fault, InvalidRequest
-from woodcock_server.volumes.service import check_scene
+from woodcock_server.volumes.check import check_scene
 
 #: A job that another server renders announces nothing here: its row is looked at this often, seconds.
 LOOK_EVERY = 2.0

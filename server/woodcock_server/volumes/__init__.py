@@ -1,1 +1,1 @@
-"""Volumes: uploaded files."""
+"""Volumes, meshes and pictures: uploaded files, whatever a scene may name."""

@@ -29,7 +29,9 @@ async def upload_volume(
     services: Provided,
     name: Annotated[str, Query(min_length=1, max_length=200, description="File name to show.")],
 ) -> Volume:
-    """Upload a volume file as the request's body. The same content is stored once."""
+    """Upload a file that scenes may name, as the request's body: a volume, a mesh or a picture, told apart by their
+    content. The same content is stored once.
+    """
     row, new = await service.receive(services.engine, services.storage, name, request.stream())
     response.status_code = 201 if new else 200
     response.headers["Location"] = f"{router.prefix}/{row['id']}"
@@ -40,7 +42,7 @@ async def upload_volume(
 def list_volumes(
     request: Request, response: Response, services: Provided, limit: Limit = 50, cursor: Cursor = None
 ) -> VolumePage:
-    """Uploaded volumes, newest first."""
+    """Uploaded files, newest first."""
     with services.engine.connect() as connection:
         rows, following = repository.page(connection, limit, cursor)
     link_next(request, response, following)
@@ -49,7 +51,7 @@ def list_volumes(
 
 @router.get("/{id}", responses=problem_schema(404))
 def get_volume(id: str, services: Provided) -> Volume:
-    """One volume."""
+    """One uploaded file."""
     with services.engine.connect() as connection:
         row = repository.get(connection, id)
     if row is None:

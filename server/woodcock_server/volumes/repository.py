@@ -17,9 +17,9 @@ def get(connection: Connection, volume_id: str) -> RowMapping | None:
     return connection.execute(select(volumes).where(volumes.c.id == volume_id)).mappings().one_or_none()
 
 
-def add(connection: Connection, volume_id: str, name: str, size: int, grids: list[dict[str, Any]]) -> None:
-    """Raises sqlalchemy.exc.IntegrityError if it is there."""
-    row = {"id": volume_id, "name": name, "size": size, "grids": grids}
+def add(connection: Connection, volume_id: str, name: str, size: int, contents: dict[str, Any]) -> None:
+    """contents: of `contents.read`. Raises sqlalchemy.exc.IntegrityError if it is there."""
+    row = {"id": volume_id, "name": name, "size": size, **contents}
     connection.execute(insert(volumes).values(entry=new_id(), created_at=datetime.now(UTC), **row))
 
 

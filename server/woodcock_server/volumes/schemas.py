@@ -1,8 +1,9 @@
-"""Volumes as the API shows them."""
+"""Uploaded files as the API shows them."""
 
 from __future__ import annotations
 
 from datetime import datetime
+from typing import Literal
 
 from pydantic import BaseModel
 from sqlalchemy import RowMapping
@@ -18,13 +19,20 @@ class GridSummary(BaseModel):
 
 
 class Volume(BaseModel):
-    """An uploaded file; its id is its content's hash."""
+    """An uploaded file, and what it holds; its id is its content's hash.
+
+    grids: of a volume; triangles: of a mesh; width, height: of a picture, in pixels.
+    """
 
     id: str
+    type: Literal["volume", "mesh", "picture"]
     name: str
     size: int
     created_at: datetime
     grids: list[GridSummary]
+    triangles: int | None
+    width: int | None
+    height: int | None
 
 
 class VolumePage(BaseModel):
@@ -33,10 +41,4 @@ class VolumePage(BaseModel):
 
 
 def volume(row: RowMapping) -> Volume:
-    return Volume(
-        id=row["id"],
-        name=row["name"],
-        size=row["size"],
-        created_at=row["created_at"],
-        grids=[GridSummary(**grid) for grid in row["grids"]],
-    )
+    return Volume(**{key: row[key] for key in Volume.model_fields})

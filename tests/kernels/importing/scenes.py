@@ -1,5 +1,10 @@
 """Scenes of other renderers in short."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
 
 def mitsuba(body: str, sensor: str = '<sensor type="perspective"/>') -> str:
     """A Mitsuba scene whose body begins on line 2; its camera stands in the origin and looks along +z."""
@@ -14,3 +19,15 @@ def pbrt(body: str, options: str = 'Camera "perspective"') -> str:
 
 #: What every scene of pbrt has to be told.
 DEPTH = "scene.pbrt:1: paths have any length here; pbrt's end after 5 scatterings: it is darker"
+
+
+def filled(medium: str, shape: str = 'Shape "sphere"') -> str:
+    """A shape of pbrt's that holds a medium; the shape stands on line 3."""
+    return f'MakeNamedMedium "m" {medium}\nMaterial "interface" MediumInterface "m" "" {shape}'
+
+
+def read(imported: Callable[..., Any], body: str, options: str = 'Camera "perspective"') -> tuple[Any, list[str]]:
+    """A scene of pbrt's, and what it loses beside the length of paths."""
+    scene, notes = imported(pbrt(body, options), "scene.pbrt")
+    assert DEPTH in notes
+    return scene, [note for note in notes if note != DEPTH]

@@ -72,6 +72,10 @@ class Element:
             if name in self._values:
                 self._read.add(id(self._values[name]))
 
+    def left_out(self) -> None:
+        """What is inside goes with the object, which is listed itself."""
+        self._read.update(map(id, self._values.values()), (id(node) for _, node in self._objects))
+
     def leftovers(self) -> None:
         named = f"<{self.tag} type={shown(self.kind)}>" if self.kind else f"<{self.tag}>"
         for node in [*self._values.values(), *(node for _, node in self._objects)]:
@@ -147,6 +151,7 @@ class Element:
         self._report.note(
             self.where, f"the {self.tag} {shown(self.kind)} is not carried over; {_written(default)} stands for it"
         )
+        self.left_out()
         return default
 
     def _colour(self, node: Node, name: str, emitted: bool) -> Colour:
@@ -182,7 +187,7 @@ class Element:
 
 
 def _written(value: Colour) -> str:
-    return f"{value:g}" if isinstance(value, float | int) else " ".join(f"{part:g}" for part in value)
+    return " ".join(f"{part:.3g}" for part in ([value] if isinstance(value, float | int) else value))
 
 
 def _vector(node: Node, default: float) -> Array:

@@ -37,6 +37,7 @@ def light(element: Element, draft: Draft, world: Array) -> None:
             _spot(element, draft, to_world)
         case _:
             draft.report.note(where, f"left out: the emitter {shown(element.kind)}")
+            element.left_out()
 
 
 def _envmap(element: Element, draft: Draft, to_world: Array) -> None:

@@ -42,6 +42,7 @@ class Media:
         self._draft.report.note(
             element.where, f"left out: the medium {shown(element.kind)}; homogeneous and heterogeneous are known"
         )
+        element.left_out()
         return None
 
     def _homogeneous(self, element: Element) -> Medium:
@@ -128,6 +129,7 @@ class Media:
         self._draft.report.note(
             element.where, f"the phase function {shown(element.kind)} is not carried over; isotropic stands for it"
         )
+        element.left_out()
         return {"kind": "isotropic"}
 
     def _lobe(self, g: float, where: str) -> Fields:

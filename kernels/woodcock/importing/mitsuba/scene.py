@@ -35,6 +35,7 @@ def convert(path: Path, draft: Draft) -> None:
         raise SourceError(f"{path}: has no <sensor>; a scene needs a camera")
     for other in sensors[1:]:
         draft.report.note(other.where, "left out: a scene has one camera, and the first sensor is taken")
+        other.left_out()
     world = _sensor(sensors[0], draft)
     shapes = Shapes(draft, world)
     for _, emitter in scene.objects("emitter"):
@@ -44,6 +45,7 @@ def convert(path: Path, draft: Draft) -> None:
             shapes.shape(shape)
         else:
             draft.report.note(shape.where, 'left out: the shape "shapegroup"')
+            shape.left_out()
     integrators = [integrator for _, integrator in scene.objects("integrator")]
     _integrator(integrators[0] if integrators else None, document.root.where, draft)
     for element in seen.values():

@@ -79,6 +79,7 @@ class Shapes:
                     matrix = matrix @ translate(*center)
                 if (factor := uniform_scale(matrix)) is None:
                     self._draft.report.note(where, "left out: a sphere that is scaled to an ellipsoid")
+                    element.left_out()
                     return None
                 return Sphere(matrix[:3, 3], _positive(factor * radius, where, "radius"))
             case "rectangle":
@@ -87,6 +88,7 @@ class Shapes:
                 across = matrix[:3, :2].T @ matrix[:3, :2]
                 if not np.allclose(across, across[0, 0] * np.eye(2), rtol=0, atol=1e-5 * across[0, 0]):
                     self._draft.report.note(where, "left out: a disk that is scaled to an ellipse")
+                    element.left_out()
                     return None
                 facing = normal(matrix, np.array([0.0, 0.0, 1.0]))
                 return Disk(matrix[:3, 3], facing / np.linalg.norm(facing), float(np.sqrt(across[0, 0])))
@@ -97,6 +99,7 @@ class Shapes:
         self._draft.report.note(
             where, f"left out: the shape {shown(element.kind)}; sphere, rectangle, disk, cube, ply and obj are known"
         )
+        element.left_out()
         return None
 
     def _mesh(self, element: Element, matrix: Array) -> MeshFile:
@@ -122,6 +125,7 @@ class Shapes:
             return {"kind": "emissive", "radiance": emitters[0].spectrum("radiance", 1.0, emitted=True)}
         if emitters:
             self._draft.report.note(emitters[0].where, f"left out: the emitter {shown(emitters[0].kind)} of a shape")
+            emitters[0].left_out()
         material = self._bsdf(bsdfs[0]) if bsdfs else GREY
         if (not bsdfs or bsdfs[0].kind == "diffuse") and not isinstance(geometry, CLOSED):
             self._draft.report.note(element.where, "reflects on both sides here; from behind Mitsuba's is black")
@@ -154,6 +158,7 @@ class Shapes:
         self._draft.report.note(
             where, f"the bsdf {shown(element.kind)} is not carried over; a diffuse surface stands for it"
         )
+        element.left_out()
         return {"kind": "diffuse", "reflectance": reflectance}
 
     def _share(self, element: Element, name: str, default: float) -> colour.Colour:

@@ -38,7 +38,7 @@ class Document:
         self.ids: dict[str, Node] = {}
         self._defaults: dict[str, str] = {}
         self._aliases: list[Node] = []
-        self._count = 0
+        self._count = self._depth = 0
         self._top = path.parent
         self._files: list[Path] = []
         self.root = self._read(path, str(path))
@@ -63,6 +63,9 @@ class Document:
 
     def _expand(self, node: Node) -> Node:
         """With $names replaced, and <include>, <default>, <alias> and <path> carried out."""
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise SourceError(f"{node.where}: elements are nested more than {MAX_DEPTH} deep")
         node.attributes = {key: self._replaced(value, node.where) for key, value in node.attributes.items()}
         if (name := node.attributes.get("id")) and node.tag != "ref":
             if name in self.ids:
@@ -85,6 +88,7 @@ class Document:
                 self._aliases.append(child)
             else:
                 node.children.append(self._expand(child))
+        self._depth -= 1
         self._count += 1
         if self._count > MAX_NODES:
             raise SourceError(f"{node.where}: the scene has more than {MAX_NODES} elements")

@@ -150,7 +150,7 @@ class Media:
         values = density if factor is None else density * factor
         if kelvin is not None:
             degrees = (kelvin - offset) * warmth
-            spectra = colour.blackbody(degrees) * (degrees > COLDEST)[..., None] * Y_INTEGRAL
+            spectra = _blackbody(degrees) * (degrees > COLDEST)[..., None] * Y_INTEGRAL
             self._interpolated(parameters, "temperature")
             glow = self._draft.array(f"{name}-emission", (values[..., None] * spectra).astype(np.float32))
             return {"kind": "grid", "file": glow, "scale": colour.simple(absorbed)} if absorbed.any() else None
@@ -243,6 +243,13 @@ class Media:
                 "luminance": colour.luminance(colour.blackbody(hottest)) * Y_INTEGRAL * scale,
             }
         return Medium({**fields, **placement(matrix)}, box)
+
+
+def _blackbody(kelvin: NDArray[np.float32]) -> Array:
+    """(..., 3), by a table: a spectrum for every voxel would take too much room."""
+    steps = np.linspace(COLDEST, max(float(kelvin.max()), COLDEST + 1), 4096)
+    table = colour.blackbody(steps)
+    return np.stack([np.interp(kelvin, steps, table[:, channel]) for channel in range(3)], axis=-1)
 
 
 def _ratio(scattered: Array, sigma_t: Array) -> colour.Colour:

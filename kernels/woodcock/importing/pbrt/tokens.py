@@ -39,15 +39,17 @@ class Tokens:
             raise SourceError(f"{name}: is neither Mitsuba's XML nor pbrt's text")
         text = data.decode("utf-8", errors="replace")
         self.name, self.size = name, len(data)
+        self._text, self._position = text, 0
         self._lines = [match.start() for match in re.finditer("\n", text)]
-        self._found = (match for match in _TOKEN.finditer(text) if match[0][0] != "#")
         self._next = self._read()
 
     def _read(self) -> Token | None:
-        match = next(self._found, None)
+        match = _TOKEN.search(self._text, self._position)
+        while match is not None and match[0][0] == "#":
+            match = _TOKEN.search(self._text, match.end())
         if match is None:
             return None
-        text = match[0]
+        text, self._position = match[0], match.end()
         if text == '"':
             raise SourceError(f"{self.at(match.start())}: a string has no end on its line")
         if text[0] != '"':
@@ -83,6 +85,12 @@ class Tokens:
         where, token = self.here, self.take()
         if token.quoted or token.text not in "[]":
             return [token.text]
+        end = self._text.find("]", token.start + 1)
+        plain = self._text[token.start + 1 : end] if token.text == "[" and end >= 0 else '"'
+        if not re.search(r'["#\[]', plain):  # bare numbers, of which there may be millions
+            self._position = end + 1
+            self._next = self._read()
+            return plain.split()
         found = []
         while token.text != "]" or token.quoted:
             if self.peek() is None or token.text == "]":

@@ -39,7 +39,7 @@ static inline void layers_begin(path *p, const struct world *world, real lead, m
     p->layers.lead = pick(p->layers.lead, lead, begin);
     p->layers.start = vector_pick(p->layers.start, p->origin, begin);
     p->layers.unmet |= begin;
-    if (TRANSMITTANCE >= 0 || OPTICAL_DEPTH >= 0) {
+    if ((TRANSMITTANCE >= 0) | (OPTICAL_DEPTH >= 0)) {
         p->layers.probing |= begin;
         p->aside |= begin;
         p->position = vector_pick(p->position, p->origin, begin);

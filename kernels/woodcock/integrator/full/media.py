@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from woodcock.scene import ConstantVolume, MeshShape, Volume
 
 
-
 def local(i: int, volume: Volume, x: str) -> str:
     """A point of the device's space in the local space of medium i; a constant one is the same everywhere."""
     return x if isinstance(volume, ConstantVolume) else f"affine_point(&world->scene->medium_{i}.to_local, {x})"
-
 
 
 def clocks(volumes: Sequence[Volume]) -> str:
@@ -38,7 +36,9 @@ def clocks(volumes: Sequence[Volume]) -> str:
         f"    own = coefficient_pick(own, medium_{i}_sigma_t_exact(world, nowhere), test(medium == {i}));\n"
         for i, _ in constants
     )
-    return "".join(_interval(i, volume) for i, volume in constants) + f"""\
+    return (
+        "".join(_interval(i, volume) for i, volume in constants)
+        + f"""\
 // Does the clock of a medium between near and far ring there, and at what length?
 static inline mask clocks_time(path *p, real near, real far, real sigma_t, mask flying, real *t) {{
     words w = rng_next(&p->random, flying);
@@ -68,6 +68,7 @@ static inline coefficient clocks_own(const struct world *world, integer medium) 
 {own}    return own;
 }}
 """
+    )
 
 
 def _interval(i: int, volume: ConstantVolume) -> str:
@@ -148,7 +149,9 @@ static inline coefficient clocks_sigma_t(const struct world *world, const path *
 def grids(volumes: Sequence[Volume], majorant: str, majorant_buffers: str) -> str:
     """Calls into the majorant, and σ_t of all grids at once, with one of them chosen by its share."""
     indices = [i for i, volume in enumerate(volumes) if not isinstance(volume, ConstantVolume)]
-    start = f"majorant_{majorant}_start(&world->scene->majorant, {majorant_buffers}origin, along, near, far, walk, chosen)"
+    start = (
+        f"majorant_{majorant}_start(&world->scene->majorant, {majorant_buffers}origin, along, near, far, walk, chosen)"
+    )
     step = f"majorant_{majorant}_step(&world->scene->majorant, {majorant_buffers}walk, depth, active)"
     if len(indices) == 1:
         (i,) = indices

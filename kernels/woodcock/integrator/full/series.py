@@ -37,7 +37,10 @@ def norm(scene: Scene, media: Sequence[Medium], corners: Array) -> float:
 
 def unscattered(lights: Sequence[Any], scene: Scene, media: Sequence[Medium], corners: Array) -> float | None:
     """At least L⁰ anywhere, in any direction; None where a light has no radiance to bound, being a point or a direction."""
-    total = max((float(np.max(shine(s.material))) for s in scene.surfaces if isinstance(s.material, EmissiveMaterial)), default=0.0)
+    total = max(
+        (float(np.max(shine(s.material))) for s in scene.surfaces if isinstance(s.material, EmissiveMaterial)),
+        default=0.0,
+    )
     sky = 0.0
     for light in lights:
         kind = module("light", light.kind)

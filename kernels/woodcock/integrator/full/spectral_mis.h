@@ -3,9 +3,11 @@
 // is the path's measurement over the mean of the densities by which the three heroes would have made it, and `balance`
 // those densities over their mean. Both are normalised at every step, so that neither runs out of range: a weight is at
 // most three times the best channel's, and dense coloured media have no fireflies.
+// A pixel's samples take the channels in turn, from one that is the pixel's own.
 static inline void path_hero(path *p, mask begin) {
-    words w = rng_next(&p->random, begin);
-    integer hero = to_integer(unit(w.x) * 3.f);
+    rng_address of_pixel = p->random;
+    of_pixel.sample = (word)0u;
+    integer hero = word_as_integer((rng_words(&of_pixel, (word)0x40000000u).x % 3u + p->random.sample % 3u) % 3u);
     p->hero = pick(p->hero, hero, begin);
     p->balance = coefficient_pick(p->balance, coefficient_grey((real)1.f), begin);
 }

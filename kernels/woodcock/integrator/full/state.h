@@ -24,6 +24,7 @@ typedef struct {
     integer hero;        // the channel by which distances are sampled
     integer order;       // scatterings so far
     real pdf;            // of the direction that was sampled last; 1e30 where no light sample could have found it
+    vector departed;     // from where it was sampled: a flight passes index-matched surfaces on its way to a light
     // The vertex
     vector position, incoming;
     integer medium;     // that scatters there; -1 on a surface

@@ -33,7 +33,7 @@ static inline mask surfaces_meet(surface_state *s, path *p, const struct world *
     mask vertex = met & ~pass & ~p->walking;
     if (some(vertex)) {
         spectrum shine = material_emission(world, at.surface, p->direction, at.geometric);
-        real pdf = surface_emission_pdf(world, s->hit, p->origin, at, p->direction);
+        real pdf = surface_emission_pdf(world, s->hit, p->departed, at, p->direction);
         real weight = p->pdf / (p->pdf + pdf);
         path_gain(p, spectrum_scale(spectrum_multiply(p->throughput, shine), weight), p->order, vertex);
         s->at.position = vector_pick(s->at.position, at.position, vertex);

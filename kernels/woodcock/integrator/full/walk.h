@@ -12,6 +12,7 @@ static inline void walk_start(path *p, vector direction, real length, mask chose
 static inline void flight_start(path *p, vector direction, mask chosen) {
     p->direction = vector_pick(p->direction, direction, chosen);
     p->origin = vector_pick(p->origin, p->position, chosen);
+    p->departed = vector_pick(p->departed, p->position, chosen & ~p->aside);
     p->length = pick(p->length, (real)1e30f, chosen);
     p->inside = pick(p->inside, p->inside_there, chosen);
     p->walking &= ~chosen;

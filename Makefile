@@ -8,7 +8,8 @@ SOURCES := kernels server client tests
 .PHONY: help demo test check test-slow bench clean packages
 
 help:
-	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end)'
+	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end;'
+	@echo '                 DATA=folder: also the examples whose files lie in that folder)'
 	@echo 'make test        format, lint, types and the fast tests'
 	@echo 'make check       format, lint and types alone'
 	@echo 'make test-slow   statistical and long tests'
@@ -16,7 +17,7 @@ help:
 	@echo 'make clean       remove what the others made, the pictures in demo/ too'
 
 demo: .venv/installed
-	@$(BIN)/python -m woodcock_client.demo $(if $(ONCE),--once)
+	@$(BIN)/python -m woodcock_client.demo $(if $(ONCE),--once) $(if $(DATA),--data '$(DATA)')
 
 test: check | packages
 	$(BIN)/python -m pytest

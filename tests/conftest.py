@@ -70,7 +70,14 @@ def box() -> dict[str, Any]:
             "up": [0, -1, 0],
             "height": 1,
         },
-        "volumes": [{"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 2, "albedo": 0.5}],
+        "volumes": [
+            {
+                "kind": "constant",
+                "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]},
+                "sigma_t": 2,
+                "albedo": 0.5,
+            }
+        ],
         "lights": [{"kind": "constant", "radiance": 1}],
         "film": {"width": 32, "height": 32},
         "seed": 7,

@@ -32,6 +32,9 @@ PREFIXES = {
     "phase": ("phase_{}_",),
     "light": ("light_{}_",),
     "filter": ("filter_{}_",),
+    "shape": ("shape_{}_",),
+    "surface": ("surface_{}_",),
+    "material": ("material_{}_",),
     "tracking": ("free_flight_{}_", "transmittance_{}_"),
 }
 #: Files beside the kinds that are none: how cameras stand, how a grid's voxels are stored, what phase functions share.
@@ -40,6 +43,7 @@ SHARED = {
     "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|media|text)\.py"),
     "majorant": re.compile(r"(global_)?walk\.h"),
     "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
+    "surface": re.compile(r"(build|closed|compose|dispatch|emitters|hierarchy|point|traverse)\.(h|py)"),
 }
 KINDS = [
     (concept, kind)
@@ -99,12 +103,10 @@ def scene_kinds(annotation: Any = Scene) -> set[tuple[str, str]]:
 
 
 def test_kinds_of_the_scene_and_files_are_the_same() -> None:
-    in_scene = {
-        (concept, kind) for concept, kind in scene_kinds() if concept != "stop"
-    }  # when to stop is no device code
-    chosen = {concept for concept, _ in in_scene}
-    assert chosen == {"camera", "volume", "phase", "light"}
-    assert in_scene == {(concept, kind) for concept, kind in KINDS if concept in chosen}
+    described = {concept for concept, _ in scene_kinds()} - {"stop", "integrator"}  # no kinds of device code
+    in_scene = {(concept, kind) for concept, kind in scene_kinds() if concept in described}
+    assert described == set(PREFIXES) - {"tracking"}  # chosen by the renderer
+    assert in_scene == {(concept, kind) for concept, kind in KINDS if concept in described}
 
 
 @kinds

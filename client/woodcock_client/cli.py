@@ -41,7 +41,7 @@ Exit codes: 0 done, 1 the render failed, 2 bad usage or a bad scene, 3 no answer
 
 SUBMIT_HELP = """Send a scene to a service, and fetch the picture if asked to.
 
-The scene's volume files are uploaded first, unless the service has them already. The address of the render's page
+The files that the scene names are uploaded first, unless the service has them already. The address of the render's page
 is printed; without --follow or -o the command then ends, and the render goes on.
 
 \b
@@ -147,7 +147,9 @@ def _options(
 
 
 def submit(
-    scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="Scene file; volume files are relative to it.")],
+    scene: Annotated[
+        Path, typer.Argument(metavar="SCENE.json", help="Scene file; files that it names are relative to it.")
+    ],
     follow: Annotated[bool, typer.Option("--follow", help="Show progress until the render is done.")] = False,
     output: Annotated[
         Path | None,

@@ -76,9 +76,9 @@ class Client:
     # Jobs
 
     def submit(self, scene: Scene, *, name: str = "") -> Job:
-        """Queue a render; volume files named by a path are uploaded first, unless the service already has them.
+        """Queue a render; files named by a path are uploaded first, unless the service already has them.
 
-        Returns once the service has committed the job. Raises SceneError if a volume file cannot be read.
+        Returns once the service has committed the job. Raises SceneError if a file cannot be read.
         """
         uploaded = {file: self._upload_for(file) for file in files(scene) if not file.startswith("sha256:")}
         scene = with_files(scene, lambda file: uploaded.get(file, file))
@@ -149,10 +149,10 @@ class Client:
             for chunk in response.iter_bytes():
                 file.write(chunk)
 
-    # Volumes and devices
+    # Files and devices
 
     def upload(self, path: Path) -> Volume:
-        """Give the service a volume file; only its digest travels when the service already has it.
+        """Give the service a volume, mesh or picture; only its digest travels when the service already has it.
 
         Raises OSError if the file cannot be read.
         """
@@ -178,7 +178,7 @@ class Client:
         return volume
 
     def volume(self, id: str) -> Volume:
-        """An uploaded volume; `id` is "sha256:" and the digest."""
+        """An uploaded file; `id` is "sha256:" and the digest."""
         return self._read(Volume, self._request("GET", f"/api/v1/volumes/{quote(id, safe=':')}"))
 
     def devices(self) -> tuple[Device, ...]:

@@ -15,7 +15,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from woodcock.scene import Scene, SceneError, load
+from woodcock.scene import Scene, SceneError, files, load
 from woodcock_client.cli import BAD_INPUT, FAILED, INTERRUPTED
 from woodcock_client.client import Artifact, Client, ServiceError, Unreachable
 from woodcock_client.models import Device
@@ -35,6 +35,9 @@ class DemoError(RuntimeError):
 def demo(
     scenes: Annotated[Path, typer.Option(help="Folder of the scenes.", show_default="the examples")] = EXAMPLES,
     folder: Annotated[Path, typer.Option(help="Where pictures, log and the service's data go.")] = Path("demo"),
+    data: Annotated[
+        Path | None, typer.Option(help="Folder of volumes and the like; renders the examples that need them too.")
+    ] = None,
     once: Annotated[bool, typer.Option(help="End after the renders, rather than keep serving the gallery.")] = False,
 ) -> None:
     """Start the service, render the example scenes on it, fetch the results, and keep serving the gallery."""
@@ -44,6 +47,8 @@ def demo(
     rendered = False
     try:
         wanted = {path.stem: load(path) for path in sorted(scenes.glob("*.json"))}
+        if data is not None:
+            wanted |= with_data(scenes / "data", data)
         folder.mkdir(parents=True, exist_ok=True)
         with _service(folder) as (process, address), Client(address) as client:
             _check(client.devices())
@@ -65,6 +70,24 @@ def demo(
     raise SystemExit(0 if rendered else FAILED)
 
 
+def with_data(scenes: Path, data: Path) -> dict[str, Scene]:
+    """The scenes of a folder whose files all lie in the folder `data`; what the others lack is told in a line each.
+
+    Raises SceneError.
+    """
+    if not data.is_dir():
+        raise SceneError(f"--data {data}: is not a folder")
+    found = {}
+    for path in sorted(scenes.glob("*.json")):
+        scene = load(path, data)
+        lacking = [file for file in files(scene) if not Path(file).is_file()]
+        if lacking:
+            typer.echo(f"{path.stem} is left out, for there is no {' and no '.join(lacking)}.")
+        else:
+            found[path.stem] = scene
+    return found
+
+
 def render(client: Client, scenes: dict[str, Scene], folder: Path) -> bool:
     """Render the scenes and fetch what becomes of them, as NAME.exr, NAME.png and NAME.report.json; True if all did.
 
@@ -79,10 +102,10 @@ def render(client: Client, scenes: dict[str, Scene], folder: Path) -> bool:
             failed = True
             typer.echo(f"{name} failed: {end.error}", err=True)
             continue
-        files = {artifact: folder / f"{name}{suffix}" for artifact, suffix in ARTIFACTS.items()}
-        for artifact, path in files.items():
+        saved = {artifact: folder / f"{name}{suffix}" for artifact, suffix in ARTIFACTS.items()}
+        for artifact, path in saved.items():
             client.fetch(job.id, artifact, path)
-        typer.echo("  ".join(map(str, files.values())))
+        typer.echo("  ".join(map(str, saved.values())))
     return not failed
 
 

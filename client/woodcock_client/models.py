@@ -34,7 +34,8 @@ class JobSummary(Answer):
 
     `fraction` runs from 0 to 1 along `target`; `seconds` is rendering time so far. `rmse` is the estimated standard
     error of a pixel's luminance (root mean square over the picture, in the scene's unit of radiance), and
-    `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated.
+    `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated. Where
+    `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
     """
 
     id: str
@@ -52,8 +53,14 @@ class JobSummary(Answer):
     rmse: float | None = None
     relative_rmse: float | None = None
     devices: tuple[str, ...] = ()
+    integrator: str | None = None
     error: str | None = None
     links: Links
+
+    @property
+    def deterministic(self) -> bool:
+        """True of a picture that is computed without random numbers."""
+        return self.integrator in ("transmittance", "emission_absorption")
 
     @property
     def finished(self) -> bool:
@@ -82,13 +89,20 @@ class Grid(Answer):
 
 
 class Volume(Answer):
-    """An uploaded volume file; `id` is `sha256:` and the digest of its bytes, `size` their number."""
+    """An uploaded file; `id` is `sha256:` and the digest of its bytes, `size` their number.
+
+    `type` says what it holds: a volume has `grids`, a mesh `triangles`, a picture `width` and `height` in pixels.
+    """
 
     id: str
+    type: str = "volume"
     name: str
     size: int
     created_at: datetime
     grids: tuple[Grid, ...] = ()
+    triangles: int | None = None
+    width: int | None = None
+    height: int | None = None
 
 
 class Device(Answer):

@@ -55,7 +55,13 @@ def samples(job: JobSummary) -> str:
 
 
 def error(job: JobSummary) -> str:
-    """The estimated error, relative to the picture's mean where that is known; empty before it can be estimated."""
+    """The estimated error, relative to the picture's mean where that is known; empty before it can be estimated.
+
+    What it is at most, where there is no noise.
+    """
+    if job.deterministic and job.rmse is not None:
+        relative = job.relative_rmse
+        return "no noise, error at most " + (f"{job.rmse:.1g}" if relative is None else f"{100 * relative:.1g}%")
     if job.relative_rmse is not None:
         return f"error {job.relative_rmse:.2%}"
     return "" if job.rmse is None else f"error {job.rmse:.3g}"

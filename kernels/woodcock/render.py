@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ class Renderer:
         self.seconds["read"] = (read := time.perf_counter()) - start
 
         self._deterministic, precise = layout.deterministic, layout.deterministic and device.doubles
-        self.precision = "double" if precise else "float"
+        self._precision: Literal["float", "double"] = "double" if precise else "float"
         if layout.deterministic:
             self.lanes = deterministic.lanes_of(self.lanes, precise=precise)
             program, numbers = (
@@ -77,7 +78,7 @@ class Renderer:
             "lanes": self.lanes,
             "program_hash": self.program_hash,
             "kinds": self.kinds,
-            "precision": self.precision,
+            "precision": self._precision,
             "norm": self._facts.get("norm"),
             "unscattered": self._facts.get("unscattered"),
             "media": self._facts.get("media", []),

@@ -17,7 +17,8 @@ SERIES_GROWTH = math.sqrt(2)
 
 class Facts(TypedDict):
     """A scene on a device. lanes: paths in lockstep; kinds: compiled in; seconds: of read, build and upload.
-    precision: of the kernel's numbers; media: how each is stored, and the largest error of that, relative to its largest.
+    precision: of the kernel's numbers; media: how each is stored, and the largest error of that, relative to its
+    largest value.
 
     norm: at least ‖K‖, how much of any radiance one more order of scattering can hold; unscattered: at least L⁰, in
     every direction everywhere; None where no such bound is known.

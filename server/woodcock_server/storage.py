@@ -1,4 +1,4 @@
-"""Files the service keeps: uploaded ones by their content, a folder for each job. Nothing half-written bears a final name."""
+"""Files the service keeps: uploads by their content, a folder for each job. Nothing half-written bears a final name."""
 
 from __future__ import annotations
 

@@ -25,7 +25,12 @@ def test_z_scores_are_normal(box: dict[str, Any], grid: Grid, picture: Callable[
     box["volumes"] = [
         grid(np.array([[[1]], [[5]], [[0]], [[2]]], np.uint8), scale=0.75, albedo=0)
         if medium == "grid"
-        else {"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 1.5, "albedo": 0}
+        else {
+            "kind": "constant",
+            "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]},
+            "sigma_t": 1.5,
+            "albedo": 0,
+        }
     ]
     scores = [z_score(picture(box | {"seed": first + turn}, 64), np.exp(-1.5)) for turn in range(400)]
     assert kstest(scores, "norm").pvalue > SIGNIFICANCE

@@ -1,5 +1,5 @@
-"""Light and camera exchanged: what a body scatters from one direction into another, summed over the picture, is the same
-with both directions reversed and swapped, whatever is in it."""
+"""Light and camera exchanged: what a body scatters from one direction into another, summed over the picture, is the
+same with both directions reversed and swapped, whatever is in it."""
 
 from __future__ import annotations
 

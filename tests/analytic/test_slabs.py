@@ -34,7 +34,12 @@ def slab(mu: float, thickness: float, volume: dict[str, Any], light: dict[str, A
             "height": 1e-3,
         },
         "volumes": [
-            {"kind": "constant", "shape": {"kind": "box", "min": [-WIDE, -WIDE, -thickness], "max": [WIDE, WIDE, 0]}, "sigma_t": 1, **volume}
+            {
+                "kind": "constant",
+                "shape": {"kind": "box", "min": [-WIDE, -WIDE, -thickness], "max": [WIDE, WIDE, 0]},
+                "sigma_t": 1,
+                **volume,
+            }
         ],
         "lights": [light],
         "film": {"width": 32, "height": 32},

@@ -89,6 +89,7 @@ class Service:
                 "rmse": None,
                 "relative_rmse": None,
                 "devices": [],
+                "integrator": None,
                 "error": None,
                 "links": links,
                 "scene": scene,
@@ -177,9 +178,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(*self.service.broken)
         elif path == "/api/v1/volumes":
             id = f"sha256:{hashlib.sha256(body).hexdigest()}"
-            grid = {"name": "density", "type": "float", "shape": [2, 2, 2], "voxels": 8}
             facts = {"name": query["name"], "size": len(body), "created_at": "2025-01-01T00:00:00Z"}
-            self.service.volumes[id] = {"id": id, **facts, "grids": [grid]}
+            self.service.volumes[id] = {"id": id, **facts, **CONTENTS.get(Path(query["name"]).suffix, VOLUME)}
             self._json(201, self.service.volumes[id])
         else:
             given = json.loads(body)
@@ -188,11 +188,10 @@ class _Handler(BaseHTTPRequestHandler):
             except ValueError as error:
                 self._problem(422, "the scene is not valid", [{"field": "scene", "message": str(error)}])
                 return
-            for index, volume in enumerate(given["scene"]["volumes"]):
-                if "file" in volume and volume["file"] not in self.service.volumes:
-                    fault = {"field": f"scene.volumes[{index}].file", "message": "must be sha256:… of an upload"}
-                    self._problem(422, "the scene is not valid", [fault])
-                    return
+            if lacking := [path for path, file in _named(given["scene"], "scene") if file not in self.service.volumes]:
+                faults = [{"field": path, "message": "must be sha256:… of an upload"} for path in lacking]
+                self._problem(422, "the scene is not valid", faults)
+                return
             self._json(201, self.service.jobs[self.service.add(given["scene"], given["name"])])
 
     # Answers
@@ -265,9 +264,35 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
 
+def _named(value: Any, path: str) -> Iterator[tuple[str, str]]:
+    """The files that a scene names, by where."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            if key == "file" and item is not None:
+                yield f"{path}.file", item
+            else:
+                yield from _named(item, f"{path}.{key}")
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _named(item, f"{path}[{index}]")
+
+
+VOLUME = {"type": "volume", "grids": [{"name": "density", "type": "float", "shape": [2, 2, 2], "voxels": 8}]}
+CONTENTS = {
+    ".obj": {"type": "mesh", "grids": [], "triangles": 12},
+    ".exr": {"type": "picture", "grids": [], "width": 4, "height": 2},
+}
+
 SCENE: dict[str, Any] = {
     "camera": {"kind": "perspective", "origin": [0, 0, -4], "target": [0, 0, 0]},
-    "volumes": [{"kind": "constant", "shape": {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}, "sigma_t": 1.0, "albedo": 0.9}],
+    "volumes": [
+        {
+            "kind": "constant",
+            "shape": {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]},
+            "sigma_t": 1.0,
+            "albedo": 0.9,
+        }
+    ],
     "lights": [{"kind": "constant", "radiance": 1.0}],
     "film": {"width": 64, "height": 64},
     "stop": {"kind": "samples", "samples": 64},

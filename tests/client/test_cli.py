@@ -51,6 +51,22 @@ def test_submit_follows_in_plain_lines_and_fetches(renders: Service, scene_file:
     assert renders.jobs["job0000"]["name"] == "first"
 
 
+def test_a_render_without_noise_says_how_wrong_it_is_at_most(service: Service, scene_file: Path) -> None:
+    add = service.add
+
+    def bounded(scene: dict[str, Any], name: str = "") -> str:
+        id = add(scene, name)
+        service.advance(id, 64)
+        service.update(id, integrator="transmittance", rmse=2e-8, relative_rmse=4.2e-8)
+        service.finish(id)
+        return id
+
+    service.add = bounded  # type: ignore[method-assign]
+    done = woodcock("submit", scene_file, "--follow", WOODCOCK_SERVER=service.url)
+    last = done.stderr.splitlines()[-1]
+    assert last == "succeeded 100%, 64 / 64 samples, no noise, error at most 4e-06%, 1.3 s"
+
+
 def test_output_alone_waits_in_silence(renders: Service, scene_file: Path, tmp_path: Path) -> None:
     done = woodcock("submit", scene_file, "-o", tmp_path / "box.exr", "--server", renders.url)
     assert (done.returncode, done.stderr) == (0, "")

@@ -15,7 +15,7 @@ import pytest
 from pydantic import ValidationError
 
 import woodcock_client
-from woodcock.scene import Scene, SceneError, with_files
+from woodcock.scene import Scene, SceneError, files, with_files
 from woodcock_client import Client, ServiceError, Unreachable, client
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def test_an_address_must_be_http(address: str) -> None:
         Client(address)
 
 
-# Volumes
+# Files
 
 
 def test_a_volume_is_uploaded_once(service: Service, talk: Client, grid_scene: Scene, tmp_path: Path) -> None:
@@ -163,6 +163,37 @@ def test_a_volume_named_by_digest_is_not_uploaded(service: Service, talk: Client
     service.requests.clear()
     assert talk.submit(there).scene == there
     assert service.requests == [("POST", "/api/v1/jobs")]
+
+
+def test_every_file_that_a_scene_names_is_uploaded_once(
+    service: Service, talk: Client, scene_json: dict[str, Any], tmp_path: Path
+) -> None:
+    for name in ("cloud.vdb", "heat.vdb", "cube.obj", "sky.exr"):
+        (tmp_path / name).write_text(name)
+    cloud, heat, cube, sky = (str(tmp_path / name) for name in ("cloud.vdb", "heat.vdb", "cube.obj", "sky.exr"))
+    scene_json["volumes"] = [
+        {**scene_json["volumes"][0], "shape": {"kind": "mesh", "file": cube}},
+        {
+            "kind": "grid",
+            "file": cloud,
+            "albedo": 0.9,
+            "albedo_grid": {"file": cloud, "grid": "tint"},
+            "emission": {"kind": "blackbody", "file": heat, "kelvin": 3000},
+        },
+    ]
+    scene_json["surfaces"] = [{"kind": "mesh", "file": cube}]
+    scene_json["lights"] = [{"kind": "image", "file": sky}]
+    job = talk.submit(Scene.model_validate(scene_json))
+    assert set(files(job.scene)) == set(service.volumes)
+    assert service.requests.count(("POST", "/api/v1/volumes")) == 4
+    found = {volume["name"]: talk.volume(id) for id, volume in service.volumes.items()}
+    assert {name: volume.type for name, volume in found.items()} == {
+        "cloud.vdb": "volume",
+        "heat.vdb": "volume",
+        "cube.obj": "mesh",
+        "sky.exr": "picture",
+    }
+    assert (found["cube.obj"].triangles, found["sky.exr"].width, found["cloud.vdb"].triangles) == (12, 4, None)
 
 
 def test_a_missing_volume_file_is_named(talk: Client, grid_scene: Scene, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import pytest
 
 from woodcock.scene import load
 from woodcock_client import Client
-from woodcock_client.demo import render
+from woodcock_client.demo import EXAMPLES, render
 
 if TYPE_CHECKING:
     from conftest import Service
@@ -70,6 +70,37 @@ def test_renders_every_scene_and_ends(arguments: list[str], environment: dict[st
         assert (tmp_path / f"demo/{name}.png").read_bytes().startswith(b"\x89PNG")
         assert json.loads((tmp_path / f"demo/{name}.report.json").read_text())
         assert str(tmp_path / f"demo/{name}.exr") in done.stdout
+
+
+def test_scenes_whose_data_is_there_are_rendered_too(
+    arguments: list[str], environment: dict[str, str], tmp_path: Path
+) -> None:
+    scenes, data = tmp_path / "scenes/data", tmp_path / "mine"
+    scenes.mkdir()
+    data.mkdir()
+    (tmp_path / "scenes/box.json").unlink()
+    cube = json.loads((tmp_path / "scenes/cube.json").read_text())
+    (tmp_path / "scenes/cube.npy").rename(data / "cube.npy")
+    (tmp_path / "scenes/cube.json").rename(scenes / "here.json")
+    fire = {**cube["volumes"][0], "file": "fire.vdb", "albedo_grid": {"file": "cube.npy"}}
+    sky = {"kind": "image", "file": "sky.exr"}
+    (scenes / "there.json").write_text(json.dumps({**cube, "volumes": [fire], "lights": [sky]}))
+    done = run([*arguments, "--once", "--data", str(data)], environment)
+    assert done.returncode == 0, done.stderr
+    left_out = [line for line in done.stdout.splitlines() if "left out" in line]
+    assert left_out == [f"there is left out, for there is no {data}/sky.exr and no {data}/fire.vdb."]
+    assert {path.name for path in (tmp_path / "demo").glob("*.exr")} == {"here.exr"}
+
+
+def test_data_must_be_a_folder(arguments: list[str], environment: dict[str, str], tmp_path: Path) -> None:
+    done = run([*arguments, "--data", str(tmp_path / "none")], environment)
+    assert (done.returncode, done.stderr) == (2, f"demo: --data {tmp_path}/none: is not a folder\n")
+    assert not (tmp_path / "demo").exists()
+
+
+def test_examples_have_names_of_their_own() -> None:
+    names = [path.stem for path in EXAMPLES.rglob("*.json")]
+    assert len(set(names)) == len(names)
 
 
 def test_serves_until_it_is_interrupted(arguments: list[str], environment: dict[str, str]) -> None:

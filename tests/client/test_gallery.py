@@ -284,6 +284,63 @@ def test_a_render_shows_its_progress_and_then_its_report(
     expect(page.get_by_role("img", name="The error fell from 0.2 after 0.1 s to 0.025 after 6.4 s.")).to_be_visible()
 
 
+def test_a_picture_without_noise_shows_its_bound(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "shadow")
+    service.advance(id, 64)
+    service.update(id, integrator="transmittance", rmse=3e-7, relative_rmse=None)
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".figures")).to_contain_text("Error at most")
+    expect(page.locator(".figures")).to_contain_text("3.0 × 10⁻⁷")
+    service.update(id, relative_rmse=6e-7)
+    medium = {
+        "kind": "grid",
+        "sigma_t": [5.5],
+        "storage": {"density": {"kind": "half", "error": 0.0005}},
+        "emits": False,
+        "scatters": False,
+        "coloured": False,
+    }
+    device = {**REPORT["devices"][0], "precision": "double", "media": [medium]}  # type: ignore[index]
+    bound = {"largest": 2e-6, "rms": 3e-7}
+    nothing = {"majorant_violations": 0, "error": [], "orders": None}
+    service.finish(id, {**REPORT, **nothing, "deterministic": True, "bound": bound, "devices": [device]})
+    expect(page.locator(".explain").first).to_contain_text("no noise. The error is at most this, root mean square")
+    expect(page.locator(".explain").first).to_contain_text("at most 2.0 × 10⁻⁶ in any pixel")
+    facts = page.locator(".table").first
+    expect(facts).to_contain_text("transmittance without random numbers")
+    expect(facts).to_contain_text("8 at a time, in double precision")
+    expect(page.get_by_text("stored as half, off by 0.05 % of its largest at most")).to_be_visible()
+    expect(page.get_by_role("heading", name="Error over time")).to_have_count(0)
+    expect(page.locator(".caution")).to_have_count(0)
+    page.goto(service.url)
+    expect(page.locator(".card")).to_contain_text("≤ 6.0 × 10⁻⁵ %")
+
+
+def test_a_bound_that_is_not_known_is_not_shown_as_one(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    id = service.add(scene_json, "opaque")
+    service.advance(id, 64)
+    service.update(id, integrator="emission_absorption", rmse=None, relative_rmse=None)
+    service.finish(id, {**REPORT, "deterministic": True, "bound": {"largest": None, "rms": None}, "error": []})
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".figures")).to_contain_text("Error at most–")
+    expect(page.locator(".explain").first).to_contain_text("has no bound")
+
+
+def test_what_the_series_leaves_out_is_shown(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    rest = {"last": 2, "rest": 0.03, "rest_error": 0.001, "norm": 0.5}
+    for bound, shown in ((0.25, "6 % ± 0.2 % of the light at most 50 %"), (None, "6 % ± 0.2 % of the light")):
+        id = service.add(scene_json, "orders")
+        service.advance(id, 64)
+        service.update(id, integrator="volumetric_path")
+        service.finish(id, {**REPORT, "mean_luminance": 0.5, "orders": {**rest, "rest_bound": bound}})
+        page.goto(f"{service.url}/renders/{id}")
+        row = page.locator(".table > div", has_text="After order 2")
+        expect(row.locator("dd")).to_have_text(shown)
+        expect(page.locator(".table").first).to_contain_text("volumetric_path by random paths")
+
+
 def test_a_broken_stream_is_picked_up(
     service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
 ) -> None:
@@ -323,6 +380,11 @@ def test_a_failure_is_told_in_words_and_nothing_runs_as_markup(
     attack = "<img src=x onerror='document.title=1'><script>document.title=2</script>"
     id = service.add(scene_json, attack)
     service.update(id, state="failed", error=f"the device ran out of memory {attack}\n\nclFinish: -5")
+    other = service.add(scene_json, "open mesh")
+    service.update(other, state="failed", error=f"sha256:{'0123456789abcdef' * 4}: is not closed")
+    page.goto(service.url)
+    expect(page.locator(".card").first).to_contain_text("sha256:01234567…: is not closed")
+    service.jobs.pop(other)
     page.goto(service.url)
     expect(page.locator(".card")).to_contain_text(attack)
     page.locator(".card").click()

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from tests.kernels.rays import Gridded, Homogeneous, Media, emitted, launch, optical_depth, pieces, trace
+from tests.kernels.ray_oracles import Gridded, Homogeneous, Media, emitted, optical_depth, pieces
+from tests.kernels.rays import launch, trace
 from tests.kernels.test_transmittance import ANISOTROPIC, SHAPE, crossing
 
-from woodcock.device import Context
 from woodcock.deterministic import lanes_of
+from woodcock.device import Context
 from woodcock.evaluate import evaluate
+from woodcock.film import LUMINANCE
 from woodcock.formats import Grid
 from woodcock.integrator import emission_absorption
 from woodcock.scene import BoxShape, SphereShape, parse
@@ -80,7 +82,12 @@ def test_a_step_is_exact_for_what_it_is_made_for(context: Context, lanes: int) -
     for s, found in zip(sigma, gain, strict=True):
         points = None if s < 1 else [1 / s, 40 / s]
         right = quad(
-            lambda u, s=s: (1 + u * (2 + u * (u - 3))) * np.exp(-s * u / 2) / 2, 0, 1, epsrel=1e-12, epsabs=0, points=points
+            lambda u, s=s: (1 + u * (2 + u * (u - 3))) * np.exp(-s * u / 2) / 2,
+            0,
+            1,
+            epsrel=1e-12,
+            epsabs=0,
+            points=points,
         )[0]
         assert found == pytest.approx(1 / s if s > 1e6 else right, rel=1e-7 if s > 1e6 else 2e-13)
     assert np.allclose(depth, 0.0625 * 1.25 * sigma, rtol=1e-14, atol=0)
@@ -244,7 +251,13 @@ def test_a_scene_of_fire(context: Context, lanes: int) -> None:
         "volumes": [
             {"kind": "grid", "file": "x", "scale": 9, "albedo": 0.25, "emission": fire},
             {"kind": "grid", "file": "x", "scale": 2, "albedo": 0, "emission": glow},
-            {"kind": "constant", "shape": ball, "sigma_t": 1, "albedo": 0, "emission": {"kind": "constant", "epsilon": 2}},
+            {
+                "kind": "constant",
+                "shape": ball,
+                "sigma_t": 1,
+                "albedo": 0,
+                "emission": {"kind": "constant", "epsilon": 2},
+            },
         ],
         "film": {"width": 5, "height": 4, "filter": {"kind": "gaussian"}},
     }
@@ -259,3 +272,17 @@ def test_a_scene_of_fire(context: Context, lanes: int) -> None:
     assert np.median(films[1].mean) > 0.1
     assert films[0].bound is not None
     assert np.all(np.abs(films[0].mean - films[1].mean) <= films[0].bound + films[1].bound)
+
+
+def test_a_black_body_shines_as_it_is_defined_to(context: Context) -> None:
+    """A slab of one temperature: L = (1 - ω) B (1 - exp(-τ)), and B has the luminance that the scene gives it."""
+    glowing = {"kind": "blackbody", "kelvin": 5000, "reference": 5000, "luminance": 3}
+    shape = {"kind": "box", "min": [0, 0, 0], "max": [2, 2, 2]}
+    scene: dict[str, Any] = {
+        "camera": {"kind": "orthographic", "origin": [1, 1, -1], "target": [1, 1, 0], "height": 1},
+        "volumes": [{"kind": "constant", "shape": shape, "sigma_t": 0.75, "albedo": 0.25, "emission": glowing}],
+        "film": {"width": 2, "height": 2},
+    }
+    layout = emission_absorption.lay_out(parse(json.dumps(scene)), lambda file, name: pytest.fail("there is no file"))
+    film = launch(context, layout, (2, 2), lanes=4, precise=True, samples=(0, 1))
+    assert np.allclose(film.mean @ LUMINANCE, -3 * 0.75 * np.expm1(-1.5), rtol=1e-4, atol=0)

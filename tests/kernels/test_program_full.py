@@ -1,5 +1,5 @@
-"""The loop that knows everything holds the parts that a scene uses, builds without a warning at every width, and gives the
-same picture at each."""
+"""The loop that knows everything holds the parts that a scene uses, builds without a warning at every width, and gives
+the same picture at each."""
 
 from __future__ import annotations
 

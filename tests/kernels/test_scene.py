@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from woodcock.scene import Scene, SceneError, load, parse, files, with_files
+from woodcock.scene import Scene, SceneError, files, load, parse, with_files
 
 GOOD: dict[str, Any] = {
     "camera": {"kind": "perspective", "origin": [0, 0, 5], "target": [0, 0, 0], "fov": 40},

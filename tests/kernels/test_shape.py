@@ -1,4 +1,4 @@
-"""Shapes of media: where they are and where rays run through them, against the oracles of box and sphere."""
+"""Shapes of media: where they are and where rays run through them, against their oracles."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tests.kernels.device_code import KIND_NEEDS, struct
 
-from woodcock.device import Context
 from woodcock.deterministic import WIDE, lanes_of
+from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.layout import Record, module
 from woodcock.scene import BoxShape, SphereShape
@@ -103,3 +103,25 @@ def test_rays_in_the_faces_of_a_box(context: Context, lanes: int) -> None:
     assert np.array_equal(near[:3], [1, 1, 1])
     assert np.array_equal(far[:3], [2, 2, 2])
     assert np.all(near[3:] > far[3:])
+
+
+def test_mesh_is_where_its_bit_is_set(context: Context, lanes: int) -> None:
+    inside = np.array([0, 1, 4, 5, 0xFFFFFFFF, 0xFFFFFFFB], np.uint32)
+    record = Record("shape", "mesh", "kind", module("shape", "mesh").FIELDS, module("shape", "mesh").record(2))
+    (far,) = evaluate(
+        context,
+        ["far"],
+        {"inside": inside},
+        lanes=lanes,
+        parts=[*KIND_NEEDS, struct(record), "shape/mesh.h", "__constant struct shape_mesh numbers = {4u};\n"],
+        body="real far = (real)7.f; shape_mesh_interval(&numbers, inside, &far);",
+    )
+    assert far.tolist() == [np.float32(-1e30)] * 2 + [7] * 3 + [np.float32(-1e30)]
+
+
+def test_mesh_contains_what_a_tetrahedron_does() -> None:
+    a, b, c, d = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+    corners = np.array([np.concatenate(face) for face in ((a, c, b), (a, b, d), (a, d, c), (b, c, d))])
+    points = np.random.default_rng(3).uniform(-0.2, 1, (200, 3))
+    expected = (points > 0).all(axis=1) & (points.sum(axis=1) < 1)
+    assert np.array_equal(module("shape", "mesh").contains(corners, points), expected)

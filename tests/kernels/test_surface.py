@@ -17,7 +17,7 @@ from woodcock.surface.build import KINDS, Built
 
 #: Hits along origin and direction, and from there along `onward`.
 BODY = """
-surface_hit hit = surface_intersect(world, origin, direction, limit, (mask)-1);
+surface_hit hit = surface_intersect(world, origin, direction, limit, test(live > 0.f));
 surface_point at = surface_locate(world, hit, origin, direction);
 vector from = surface_leave(at, onward);
 surface_hit next = surface_intersect(world, from, onward, (real)1e30f, (mask)-1);
@@ -33,7 +33,7 @@ FACES = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (1, 0, 5), (2, 1, 
 def trace(
     context: Context, world: Built, lanes: int, origin: Array, direction: Array, **more: Array
 ) -> dict[str, Array]:
-    more = {"onward": direction, "limit": np.full(len(origin), 1e30, np.float32)} | more
+    more = {"onward": direction, "limit": np.full(len(origin), 1e30), "live": np.ones(len(origin))} | more
     got = run(context, world, lanes, BODY, RESULTS, origin=origin, direction=direction, **more).astype(float)
     names = ("position", 2), ("geometric", 5), ("shading", 8), ("from", 13)
     vectors = {name: got[i : i + 3].T for name, i in names}
@@ -178,6 +178,37 @@ def test_closed_meshes_are_watertight(context: Context, lanes: int) -> None:
     aimed = targets[random.integers(len(targets), size=2048)] - origin
     got = trace(context, world, lanes, origin, aimed / np.linalg.norm(aimed, axis=1, keepdims=True))
     assert (got["t"] < 1.5).all()
+
+
+def test_rays_cross_closed_meshes_an_even_number_of_times(context: Context, lanes: int) -> None:
+    """A torus, hit by hit: in, out, in, out; what toggles a medium toggles it back."""
+    around, across = 2 * np.pi * np.arange(24) / 24, 2 * np.pi * np.arange(16) / 16
+    radius = 1 + 0.4 * np.cos(across)
+    rings = [
+        np.outer(np.cos(around), radius),
+        np.outer(np.sin(around), radius),
+        np.outer(np.ones(24), 0.4 * np.sin(across)),
+    ]
+    i, j = np.indices((24, 16)).reshape(2, -1)
+    a, b, c, d = (((i + k) % 24) * 16 + (j + m) % 16 for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    world = built([MeshSurface(file="t")], {"t": Mesh(np.stack(rings, axis=-1).reshape(-1, 3), faces)})
+    n = 4096
+    origin = 3 * unit_vectors(n, 18)
+    direction = np.random.default_rng(19).uniform(-1, 1, (n, 3)) - origin
+    direction = (direction / np.linalg.norm(direction, axis=1, keepdims=True)).astype(np.float32)
+    crossings, inside, live = np.zeros(n, int), np.zeros(n, int), np.ones(n, bool)
+    while live.any():
+        got = trace(context, world, lanes, origin, direction, live=live)
+        assert (got["t"][~live] > 1e29).all()
+        live = got["t"] < 1e29
+        enters = (got["geometric"] * direction).sum(-1) < 0
+        assert (enters == (inside == 0))[live].all()
+        inside = np.where(live, 1 - inside, inside)
+        crossings += live
+        origin = np.where(live[:, None], got["from"], origin).astype(np.float32)
+    assert not inside.any()
+    assert set(np.unique(crossings)) == {0, 2, 4}
 
 
 def test_smooth_normals(context: Context, lanes: int) -> None:

@@ -1,4 +1,4 @@
-"""The integrator `transmittance`: optical depths of cells in closed form, against oracles that share no code with it."""
+"""The integrator `transmittance`: optical depths of cells in closed form, against oracles that share no code of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.kernels.rays import Gridded, Homogeneous, Media, launch, optical_depth, trace
+from tests.kernels.ray_oracles import Gridded, Homogeneous, Media, optical_depth
+from tests.kernels.rays import launch, trace
 
 from woodcock.deterministic import pack
 from woodcock.device import Context
@@ -89,7 +90,11 @@ def test_optical_depth_is_exact_in_constant_media(context: Context, lanes: int) 
     box = BoxShape(min=(-1, 0, -1), max=(1, 2, 0.5), to_world=placed)
     ball = SphereShape(center=(0.25, 0.5, -0.125), radius=1.25)
     rays = crossing(np.diag([1.0, 1, 1, 1]), (2, 2, 2))
-    for media in ([Homogeneous(box, 20.0)], [Homogeneous(ball, 30.0)], [Homogeneous(box, (1, 20, 3)), Homogeneous(ball, 5)]):
+    for media in (
+        [Homogeneous(box, 20.0)],
+        [Homogeneous(ball, 30.0)],
+        [Homogeneous(box, (1, 20, 3)), Homogeneous(ball, 5)],
+    ):
         check(context, media, rays, lanes)
         check(context, media, rays, lanes, precise=False)
 
@@ -116,7 +121,7 @@ def test_nothing_gets_through_what_is_thick_enough(context: Context) -> None:
 
 
 def test_samples_lie_evenly(context: Context) -> None:
-    """Sample 0 is the middle; the rest follow the R sequence, i φ^-k in the unit interval, at any number of the sample."""
+    """Sample 0 is the middle; the rest follow the R sequence, i / φ in the unit interval, at any i."""
     numbers = np.array([0, 1, 2, 1000, 4_000_000_000], np.uint64)
     (got,) = evaluate(
         context,

@@ -196,5 +196,6 @@ MEDIA = [
             "sky": m.sky(),
         },
         integrator="volpathmis",
+        few=1024,
     ),
 ]

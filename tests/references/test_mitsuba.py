@@ -101,7 +101,7 @@ def check(case: Case, film: Film, single: bool) -> None:
 @by_name
 def test_few_samples(case: Case, folder: Path, device: Device) -> None:
     """Enough for the mean and for blocks of pixels: what is plainly wrong."""
-    check(case, rendered(case, folder, device, 64), single=False)
+    check(case, rendered(case, folder, device, case.few), single=False)
 
 
 @pytest.mark.slow

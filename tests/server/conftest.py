@@ -29,7 +29,14 @@ def make_scene() -> Callable[..., dict[str, Any]]:
     def make(size: int = 16, samples: int = 8, **replaced: Any) -> dict[str, Any]:
         scene: dict[str, Any] = {
             "camera": {"kind": "perspective", "origin": [0.5, 0.5, -2], "target": [0.5, 0.5, 0.5]},
-            "volumes": [{"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 4, "albedo": 0.9}],
+            "volumes": [
+                {
+                    "kind": "constant",
+                    "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]},
+                    "sigma_t": 4,
+                    "albedo": 0.9,
+                }
+            ],
             "lights": [{"kind": "constant", "radiance": 1}],
             "film": {"width": size, "height": size},
             "stop": {"kind": "samples", "samples": samples},

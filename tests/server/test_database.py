@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import text
+from sqlalchemy import create_engine, text
 
 from woodcock_server.database import alembic_config, open_database
 from woodcock_server.tables import metadata
+from woodcock_server.volumes import repository
 
 
 def test_the_migrations_lead_to_the_tables(tmp_path: Path) -> None:
@@ -19,6 +21,27 @@ def test_the_migrations_lead_to_the_tables(tmp_path: Path) -> None:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
         assert compare_metadata(context, metadata) == []
         assert context.get_current_revision() == ScriptDirectory.from_config(alembic_config()).get_current_head()
+    engine.dispose()
+
+
+def test_what_was_uploaded_before_there_were_types_is_a_volume(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'test.sqlite'}"
+    engine = create_engine(url)
+    with engine.begin() as connection:
+        config = alembic_config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0001")
+        row = "'sha256:1', '1', 'cloud.vdb', 5, '2030-01-02 03:04:05.000000', '[]'"
+        connection.execute(text(f"INSERT INTO volumes (id, entry, name, size, created_at, grids) VALUES ({row})"))
+    engine.dispose()
+    engine = open_database(url)
+    with engine.connect() as connection:
+        kept = repository.get(connection, "sha256:1")
+    assert kept is not None
+    assert (kept["type"], kept["name"], kept["triangles"], kept["width"]) == ("volume", "cloud.vdb", None, None)
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0001")
     engine.dispose()
 
 

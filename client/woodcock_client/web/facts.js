@@ -1,7 +1,7 @@
 // What a render is made of: the request at once, and what the report adds once there is one.
 
 import { ErrorChart } from "./chart.js";
-import { count, duration, moment, target } from "./format.js";
+import { count, duration, isDeterministic, moment, number, percent, samples, target } from "./format.js";
 import { html } from "./html.js";
 
 export function Facts({ job, report, devices }) {
@@ -16,6 +16,9 @@ export function Facts({ job, report, devices }) {
         <${Fact} name="Stops after">${target(job)}<//>
         <${Fact} name="Samples">${`${count(job.samples)} per pixel`}<//>
         <${Fact} name="Seed">${seed}<//>
+        ${job.integrator &&
+        html`<${Fact} name="Integrator">${job.integrator} <span class="fact">${isDeterministic(job) ? "without random numbers" : "by random paths"}</span><//>`}
+        ${report?.orders && html`<${Rest} orders=${report.orders} mean=${report.mean_luminance} />`}
         <${Fact} name="Submitted"><time dateTime=${job.created_at}>${moment(job.created_at)}</time><//>
         ${job.finished_at &&
         html`<${Fact} name="Finished"><time dateTime=${job.finished_at}>${moment(job.finished_at)}</time><//>`}
@@ -25,6 +28,7 @@ export function Facts({ job, report, devices }) {
         html`<${Fact} name="Program"><code title=${report.program_hash}>${report.program_hash.slice(0, 12)}</code><//>`}
       </dl>
     </section>
+    ${report?.devices?.[0]?.media?.length > 0 && html`<${Media} media=${report.devices[0].media} />`}
     ${report?.seconds && html`<${Times} seconds=${report.seconds} />`}
     ${report?.kinds && html`<${Kinds} kinds=${report.kinds} />`}
   `;
@@ -37,9 +41,42 @@ const Devices = ({ ids, known, uses }) =>
   ids.map((id) => {
     const use = uses.find((each) => each.id === id);
     const device = use ?? known.find((each) => each.id === id);
-    const part = use && `${id}: ${count(use.samples)} samples in ${duration(use.render_seconds)}, ${use.lanes} at a time`;
+    const precise = use?.precision === "double" ? ", in double precision" : "";
+    const part = use && `${id}: ${samples(use.samples)} in ${duration(use.render_seconds)}, ${use.lanes} at a time${precise}`;
     return html`<span class="device" key=${id}>${device?.name ?? id} <span class="fact">${part ?? (device ? id : "")}</span></span>`;
   });
+
+// What the orders of scattering beyond the last that has a layer of its own amount to.
+function Rest({ orders, mean }) {
+  const { last, rest, rest_error: error, rest_bound: bound } = orders;
+  const share = (value) => (mean > 0 ? percent(value / mean) : number(value));
+  const known = (value) => typeof value === "number";
+  const limit = known(bound) && bound < mean; // one of all the light and more says nothing
+  const said = `${share(rest)}${known(error) ? ` ± ${share(error)}` : ""}${mean > 0 ? " of the light" : ""}`;
+  return html`<${Fact} name=${`After order ${last}`}>${said} ${limit && html`<span class="fact">at most ${share(bound)}</span>`}<//>`;
+}
+
+function Media({ media }) {
+  return html`
+    <section>
+      <h2>${media.length > 1 ? "Media" : "Medium"}</h2>
+      <dl class="table">
+        ${media.map((each, index) => html`<${Fact} key=${index} name=${each.kind}><${Medium} medium=${each} /><//>`)}
+      </dl>
+    </section>
+  `;
+}
+
+function Medium({ medium }) {
+  const { sigma_t: sigma, storage, scatters, emits, coloured } = medium;
+  const does = [scatters ? "scatters" : "absorbs", emits && "emits", coloured && "in colour"].filter(Boolean);
+  return html`
+    ${does.join(", ")} <span class="fact">${`σₜ up to ${sigma.map(number).join(", ")}`}</span>
+    ${Object.entries(storage ?? {}).map(([name, { kind, error }]) => html`
+      <span class="device" key=${name}>${name} <span class="fact">${`stored as ${kind}, ${error > 0 ? `off by ${percent(error)} of its largest at most` : "exactly"}`}</span></span>
+    `)}
+  `;
+}
 
 // What would make a reader doubt the picture is said before anything else.
 function Cautions({ report }) {

@@ -4,6 +4,8 @@ export function count(n) {
   return String(Math.round(n)).replace(/\B(?=(\d{3})+$)/g, "\u2009");
 }
 
+export const samples = (n) => `${count(n)} sample${n === 1 ? "" : "s"}`;
+
 // Three significant digits, without an exponent where the number is of everyday size.
 export function number(x) {
   if (x === 0) return "0";
@@ -47,13 +49,19 @@ const limit = ({ target: { seconds } }) => (seconds < 60 ? `${number(seconds)} s
 
 export const target = (job) =>
   job.target.kind === "samples"
-    ? `${count(job.target.samples)} sample${job.target.samples === 1 ? "" : "s"} per pixel`
+    ? `${samples(job.target.samples)} per pixel`
     : `${limit(job)} of rendering`;
 
 export function progress(job) {
   return job.target.kind === "samples"
     ? `${count(job.samples)} of ${target(job)}`
-    : `${duration(job.seconds)} of ${limit(job)}, ${count(job.samples)} samples per pixel`;
+    : `${duration(job.seconds)} of ${limit(job)}, ${samples(job.samples)} per pixel`;
 }
+
+// Is it computed without random numbers? Not known before a device has prepared it.
+export const isDeterministic = (job) => ["transmittance", "emission_absorption"].includes(job.integrator);
+
+// Ids of uploaded files by their first digits: in one line they would leave no room for what is said of them.
+export const brief = (text) => text.replace(/(sha256:[0-9a-f]{8})[0-9a-f]{56}/g, "$1…");
 
 export const STATES = { queued: "Queued", running: "Rendering", succeeded: "Done", failed: "Failed" };

@@ -4,7 +4,7 @@ import { useEffect, useState } from "preact/hooks";
 import { followJob, getJob, getReport, isActive, listDevices } from "./api.js";
 import { Downloads } from "./downloads.js";
 import { Facts } from "./facts.js";
-import { duration, number, percent, progress, STATES, title } from "./format.js";
+import { duration, isDeterministic, number, percent, progress, STATES, title } from "./format.js";
 import { html } from "./html.js";
 import { Picture } from "./picture.js";
 import { Badge, Bar, Notice, Offline } from "./states.js";
@@ -121,13 +121,14 @@ function Failure({ job }) {
 
 function Progress({ job, report }) {
   const { rmse, relative_rmse: relative } = job;
+  const noiseless = report?.deterministic ?? isDeterministic(job);
   return html`
     <section aria-label="Progress">
       <${Bar} job=${job} label="Progress" />
       <p class="numbers">${progress(job)}</p>
       <dl class="figures">
         <div>
-          <dt>Estimated error</dt>
+          <dt>${noiseless ? "Error at most" : "Estimated error"}</dt>
           <dd>${relative !== null ? percent(relative) : rmse !== null ? number(rmse) : "–"}</dd>
         </div>
         <div>
@@ -136,17 +137,29 @@ function Progress({ job, report }) {
         </div>
       </dl>
       <p class="explain">
-        ${report?.deterministic
-          ? "Computed without random numbers: the error is at most this, root mean square over the picture."
-          : rmse === null
-          ? "The error is estimated from how samples of the same pixel differ, once there are two."
-          : html`One standard error of a pixel’s luminance, root mean square over the picture${relative !== null
-              ? `: ${percent(relative)} of the mean, ${number(rmse)} in the scene’s unit of radiance`
-              : ", in the scene’s unit of radiance"}. Four times the samples halve it.`}
+        ${noiseless ? bounded(rmse, relative, report?.bound?.largest) : estimated(rmse, relative)}
       </p>
     </section>
   `;
 }
+
+function estimated(rmse, relative) {
+  if (rmse === null) return "The error is estimated from how samples of the same pixel differ, once there are two.";
+  return `One standard error of a pixel’s luminance, root mean square over the picture${inUnits(rmse, relative)}. Four times the samples halve it.`;
+}
+
+// largest: at most that in any pixel, once it is known
+function bounded(rmse, relative, largest) {
+  const without = "Computed without random numbers: no noise";
+  if (rmse === null) return `${without}. How far rounding may have put it off has no bound.`;
+  const anywhere = typeof largest === "number" ? `, and at most ${number(largest)} in any pixel` : "";
+  return `${without}. The error is at most this, root mean square over the picture${inUnits(rmse, relative)}${anywhere}. More samples only smooth edges.`;
+}
+
+const inUnits = (rmse, relative) =>
+  relative !== null
+    ? `: ${percent(relative)} of the mean, ${number(rmse)} in the scene’s unit of radiance`
+    : ", in the scene’s unit of radiance";
 
 const Loading = () => html`
   <div class="heading" role="status"><a class="up" href="/" data-route>Renders</a><h1>Loading…</h1></div>

@@ -2,7 +2,7 @@
 
 import { useEffect, useLayoutEffect, useReducer, useRef } from "preact/hooks";
 import { isActive } from "./api.js";
-import { ago, count, moment, percent, STATES, title } from "./format.js";
+import { ago, brief, count, isDeterministic, moment, percent, STATES, title } from "./format.js";
 import { html } from "./html.js";
 import { listing, more, watch } from "./listing.js";
 import { Picture } from "./picture.js";
@@ -46,7 +46,7 @@ export function Wall() {
 function Card({ job, now }) {
   const active = isActive(job);
   const facts = [`${job.width} × ${job.height}`];
-  if (job.relative_rmse !== null) facts.push(`±${percent(job.relative_rmse)}`);
+  if (job.relative_rmse !== null) facts.push(`${isDeterministic(job) ? "≤ " : "±"}${percent(job.relative_rmse)}`);
   return html`
     <li>
       <a class="card" href=${`/renders/${encodeURIComponent(job.id)}`} data-route>
@@ -61,7 +61,7 @@ function Card({ job, now }) {
           html`<${Badge} state=${job.state} label=${STATES[job.state]} />`}
         </div>
         <div class="line fact">
-          <span class="facts" title=${job.error ?? "Size, and estimated error of a pixel"}>${job.error ?? facts.join(" · ")}</span>
+          <span class="facts" title=${job.error ?? "Size, and estimated error of a pixel"}>${job.error ? brief(job.error) : facts.join(" · ")}</span>
           <time dateTime=${job.created_at} title=${moment(job.created_at)}>${ago(job.created_at, now)}</time>
         </div>
       </a>

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from woodcock import deterministic
-from woodcock.deterministic import Lattice
-from woodcock.light import image
+from woodcock.integrator import deterministic_text as text
 from woodcock.layers import layer_names
 from woodcock.layout import Kinds, Layout, Read, Record, coloured, instances, module
+from woodcock.light import image
 from woodcock.program import file_of
 from woodcock.scene import (
     BlackbodyEmission,
@@ -85,14 +84,12 @@ def lay_out(scene: Scene, read: Read, integrator: str) -> Layout:
         records=tuple(records),
         buffers={**composed.buffers, **light_buffers},
         space=space,
-        before_world=(*deterministic.files(described, grey=grey), *files),
+        before_world=(*text.files(described, grey=grey), *files),
         after_world=(
-            deterministic.camera(
-                scene.camera.kind, scene.film.filter.kind, lens=getattr(camera, "LENS", False), sides=sides
-            ),
-            deterministic.radiance([_radiance(light) for light in lights if module("light", light.kind).ON_ESCAPE]),
+            text.camera(scene.camera.kind, scene.film.filter.kind, lens=getattr(camera, "LENS", False), sides=sides),
+            text.radiance([_radiance(light) for light in lights if module("light", light.kind).ON_ESCAPE]),
             composed.text,
-            deterministic.walks(described, emission=emission),
+            text.walks(described, emission=emission),
         ),
         facts=composed.facts,
     )
@@ -135,21 +132,21 @@ def _fields(medium: Medium) -> list[tuple[int, int, int]]:
     return [field.size for field in (medium.density, medium.albedo, medium.emission) if field]
 
 
-def _described(index: int, medium: Medium, emission: bool) -> deterministic.Medium:
+def _described(index: int, medium: Medium, emission: bool) -> text.Medium:
     """emission: is it asked for? Then the grids that it depends on count, too."""
     if medium.density is None:
         assert isinstance(medium.volume, ConstantVolume)
         shape = f"world->scene->shape_{index}"
         kind = medium.volume.shape.kind
-        return deterministic.Medium(f"{shape}.to_local", shape=(kind, shape), emits=emission and medium.emits)
+        return text.Medium(f"{shape}.to_local", shape=(kind, shape), emits=emission and medium.emits)
     fields = {"density": medium.density}
     if emission and medium.emission:
         fields["emission"] = medium.emission
     if emission and medium.albedo and isinstance(medium.volume.emission, BlackbodyEmission):
         fields["albedo"] = medium.albedo
     name = f"medium_{index}"
-    lattices = tuple(Lattice(f"{name}_{part}_field", field.nearest) for part, field in fields.items())
-    return deterministic.Medium(f"world->scene->{name}.to_local", lattices=lattices, emits=emission and medium.emits)
+    lattices = tuple(text.Lattice(f"{name}_{part}_field", field.nearest) for part, field in fields.items())
+    return text.Medium(f"world->scene->{name}.to_local", lattices=lattices, emits=emission and medium.emits)
 
 
 def _radiance(light: Record) -> str:

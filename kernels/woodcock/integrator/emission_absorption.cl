@@ -8,13 +8,21 @@
 // A step over [start, start + width) of the cell, as fractions of its length.
 typedef struct { real start, width; } cell_step;
 
-// Radiance that a ray of the camera gathers in the media, its error's bound, the optical depth of what it passed, and how
-// many roundings, relatively, these may be off.
-static inline void gather_emission(const struct world *world, const camera_path *ray, spectrum *radiance, spectrum *bound, optical_depth *depth, real *doubt) {
+// What a ray of the camera gathers in the media.
+typedef struct {
+    spectrum radiance, bound;  // of its error
+    optical_depth depth;       // of what it passed
+    real doubt;                // how many roundings these may be off, relatively
+} gathered;
+
+// known: radiance that arrives at least, so that what hardly adds to it takes no small steps.
+static inline void gather_emission(const struct world *world, const camera_path *ray, number tolerance, spectrum known, gathered *found) {
+    found->radiance = found->bound = spectrum_grey((real)0.f);
+    found->depth.sum = found->depth.rest = coefficient_grey((real)0.f);
     media_walk media;
-    real end, from = media_start(world, &media, ray->anchor, ray->direction, ray->near, &end, doubt), to = media_next(&media, from, end);
+    real end, from = media_start(world, &media, ray->anchor, ray->direction, ray->near, &end, &found->doubt);
+    real to = media_next(&media, from, end);
     const real span = end - from;
-    const number tolerance = world->scene->integrator.tolerance;
     cell_step step = {(real)0.f, (real)1.f};
     mask active = test(from < end);
 
@@ -32,19 +40,20 @@ static inline void gather_emission(const struct world *world, const camera_path 
                 along_epsilon[j] = spectrum_channel(epsilon[j], c);
             }
             coefficient_channel(passed, c) = exponential_step(along_sigma, along_epsilon, length, &gain[c], &error[c], &resolved);
-            real through = exp(-coefficient_channel(depth->sum, c));
+            real through = exp(-coefficient_channel(found->depth.sum, c));
             gain[c] = through * larger(gain[c], (real)0.f);
             error[c] = pick(larger(gain[c], through * error[c]), through * error[c], resolved);
             // Half of the tolerance is shared by what steps gain, half by how long they are.
-            real allowed = 0.5f * tolerance * (gain[c] + spectrum_channel(*radiance, c) * length / span);
+            real sure = larger(spectrum_channel(known, c), spectrum_channel(found->radiance, c));
+            real allowed = 0.5f * tolerance * (gain[c] + sure * (length / span));
             fine &= resolved & test(error[c] <= allowed);
         }
         mask accept = active & (fine | test(step.width <= larger(step.start * SMALLEST_STEP, (real)0x1p-64f)));
         for (int c = 0; c < CHANNELS; ++c) {
-            spectrum_channel(*radiance, c) += pick((real)0.f, gain[c], accept);
-            spectrum_channel(*bound, c) += pick((real)0.f, error[c], accept);
+            spectrum_channel(found->radiance, c) += pick((real)0.f, gain[c], accept);
+            spectrum_channel(found->bound, c) += pick((real)0.f, error[c], accept);
         }
-        optical_depth_add(depth, coefficient_pick(coefficient_grey((real)0.f), passed, accept));
+        optical_depth_add(&found->depth, coefficient_pick(coefficient_grey((real)0.f), passed, accept));
 
         // The next step: half as long, or on; twice as long where it is aligned; or the next cell.
         real start = pick(step.start, step.start + step.width, accept), doubled = start / (2.f * step.width);
@@ -60,7 +69,7 @@ static inline void gather_emission(const struct world *world, const camera_path 
             step.width = pick(step.width, (real)1.f, over);
             active &= ~over | test(from < end);
         }
-        active &= optical_depth_is_finite(depth);
+        active &= optical_depth_is_finite(&found->depth);
     }
 }
 
@@ -70,19 +79,27 @@ static inline void emission_absorption(const struct world *world, __global float
     moments sums[CHANNELS] = {{0}};
     integer rejected = (integer)0;
 
+    // No smaller than what rounding leaves of the rules' differences.
+    const number asked = world->scene->integrator.tolerance, least = 1024 * EPSILON;
+
     for (uint sample = first; sample - first < samples; ++sample) {
         camera_path ray = camera_path_of(world, x, y, sample);
-        spectrum radiance = spectrum_grey((real)0.f), bound = radiance, light = light_radiance(world, ray.direction);
-        optical_depth depth = {coefficient_grey((real)0.f), coefficient_grey((real)0.f)};
-        real doubt;
-        gather_emission(world, &ray, &radiance, &bound, &depth, &doubt);
+        spectrum light = light_radiance(world, ray.direction), known = spectrum_grey((real)0.f), value, bound;
         mask bad = (mask)0;
-        for (int c = 0; c < CHANNELS; ++c) {
-            real arriving = spectrum_channel(light, c), tau = coefficient_channel(depth.sum, c);
-            real through = arriving * exp(-tau), gathered = spectrum_channel(radiance, c);
-            real off = spectrum_channel(bound, c) + gathered * (4.f + doubt) * EPSILON;
-            film_add(&sums[c], gathered + through, off + transmitted_bound(through, arriving, tau * doubt), &bad);
+        // First roughly, to know what matters.
+        for (int rough = 1; rough >= 0; --rough) {
+            gathered found;
+            gather_emission(world, &ray, rough && asked < 0.1f ? 0.1f : asked > least ? asked : least, known, &found);
+            for (int c = 0; c < CHANNELS; ++c) {
+                real arriving = spectrum_channel(light, c), tau = coefficient_channel(found.depth.sum, c);
+                real through = arriving * exp(-tau), own = spectrum_channel(found.radiance, c);
+                real off = spectrum_channel(found.bound, c) + own * (4.f + found.doubt) * EPSILON;
+                spectrum_channel(value, c) = own + through;
+                spectrum_channel(bound, c) = off + transmitted_bound(through, arriving, tau * found.doubt);
+                spectrum_channel(known, c) = larger(spectrum_channel(value, c) - spectrum_channel(bound, c), (real)0.f);
+            }
         }
+        for (int c = 0; c < CHANNELS; ++c) film_add(&sums[c], spectrum_channel(value, c), spectrum_channel(bound, c), &bad);
         rejected -= bad;
     }
     film_store(sums, rejected, film, faults);

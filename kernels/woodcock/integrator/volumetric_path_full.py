@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from woodcock.integrator.full import lights as light_calls
-from woodcock.integrator.full import media as media_calls
-from woodcock.integrator.full import series
 from woodcock.formats.mesh import read_mesh
-from woodcock.layers import SUFFIXES, layer_names, order_layers
+from woodcock.integrator.full import parts, series
+from woodcock.layers import layer_names
 from woodcock.layout import Kinds, Layout, Read, Record, coloured, instances, module
 from woodcock.light import image
 from woodcock.light.image import Picture
@@ -22,7 +20,7 @@ from woodcock.material.emissive import power
 from woodcock.phase.compose import compose as compose_phases
 from woodcock.phase.compose import delta_fraction, without_delta
 from woodcock.program import file_of
-from woodcock.scene import ConstantVolume, EmissiveMaterial, GridVolume, LayerName, MeshShape, Scene, SceneError, Volume
+from woodcock.scene import ConstantVolume, EmissiveMaterial, GridVolume, MeshShape, Scene, SceneError, Volume
 from woodcock.space import Array, Space
 from woodcock.surface.build import Body, build, media_at, place
 from woodcock.surface.build import corners as corners_of_surfaces
@@ -32,8 +30,8 @@ from woodcock.volume.media import Medium, read_media, strongest
 from woodcock.volume.media import corners as corners_of_field
 
 FILM = {"width": "int", "height": "int", "seed": "uint"}
-#: The scene's extent, where a ray into it begins; `inside`: meshes of media that hold the camera, one bit each; centre and
-#: unit: from the device's space to the scene's.
+#: The scene's extent, where a ray into it begins; `inside`: meshes of media that hold the camera, one bit each; centre
+#: and unit: from the device's space to the scene's.
 BOUNDS = {"low": "vector3", "size": "vector3", "inside": "uint", "centre": "vector3", "unit": "float"}
 #: For scenes of surfaces alone.
 NO_PHASE = """\
@@ -43,42 +41,19 @@ static inline real phase_eval(const struct world *world, integer medium, vector 
 
 
 def lay_out(scene: Scene, read: Read) -> Layout:
-    """Raises VolumeError, SceneError."""
+    """Raises VolumeError, ImageError, SceneError."""
     volumes = tuple(map(without_deltas, scene.volumes))
     media = read_media(volumes, read)
-    shining = image.read_all(scene.lights)
-    meshes = [
-        (i, v.shape) for i, v in enumerate(volumes) if isinstance(v, ConstantVolume) and isinstance(v.shape, MeshShape)
-    ]
-    bodies = place(scene.surfaces, meshes, cache(lambda file: read_mesh(Path(file))))
+    lights = image.read_all(scene.lights)
+    bodies = place(scene.surfaces, _meshes(volumes), cache(lambda file: read_mesh(Path(file))))
     corners = _corners(media, bodies)
-    space = Space.around(corners, _strongest(scene, shining, media, corners))
-    pictures = [light for light in shining if isinstance(light, Picture)]
-    many = any(medium.coloured for medium in media) or any(image.is_coloured(picture) for picture in pictures)
-    channels = 3 if coloured(scene) or many else 1
+    space = Space.around(corners, _strongest(scene, lights, media, corners))
+    channels = 3 if coloured(scene) or _holds_colours(media, lights) else 1
+
     composed = compose_media(media, space, scene.majorant)
     surfaces = compose_surfaces(build(bodies, space), space, channels) if bodies else None
     phase = compose_phases([volume.phase for volume in volumes])
-    lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(shining)), space)
-
-    width, height = scene.film.width, scene.film.height
-    camera, filter_ = module("camera", scene.camera.kind), module("filter", scene.film.filter.kind)
-    records = [
-        Record("film", "", "film", FILM, {"width": width, "height": height, "seed": scene.seed}),
-        Record(
-            "camera", scene.camera.kind, "camera", camera.FIELDS, camera.record(scene.camera, width / height, space)
-        ),
-        Record("filter", scene.film.filter.kind, "filter", filter_.FIELDS, filter_.record(scene.film.filter)),
-        Record(
-            "bounds", "", "bounds", BOUNDS, _bounds(corners, space, media_at(bodies, np.array(scene.camera.origin)))
-        ),
-        *(Record(*numbers) for numbers in composed.records),
-        *_shapes(volumes, space),
-        *phase.records,
-        *lights,
-    ]
-    grids = any(isinstance(volume, GridVolume) for volume in volumes)
-    constants = any(isinstance(volume, ConstantVolume) for volume in volumes)
+    shining, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(lights)), space)
     kinds: Kinds = {
         "integrator": ("volumetric_path",),
         "camera": (scene.camera.kind,),
@@ -86,85 +61,82 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         **composed.kinds,
         "shape": tuple(dict.fromkeys(volume.shape.kind for volume in volumes if isinstance(volume, ConstantVolume))),
         "phase": phase.kinds,
-        "light": tuple(dict.fromkeys(light.kind for light in scene.lights)),
+        "light": tuple(dict.fromkeys(light.kind for light in lights)),
+        **(surfaces.kinds if surfaces else {}),
     }
-    emissive = surfaces is not None and surfaces.emits
-    if surfaces:
-        kinds |= surfaces.kinds
-    sampled = [light for light in lights if module("light", light.kind).SAMPLED]
-    found_by_both = emissive or any(module("light", light.kind).ON_ESCAPE for light in sampled)
-    local = [light for light in lights if module("light", light.kind).LOCAL]
-    equiangular = bool(local) and constants and not grids
-    spectral = any(not medium.grey for medium in media)
     ours = ("camera", "filter", "phase", "light", "shape")
-    files = [*composed.files, *(file_of(concept, kind) for concept in ours for kind in kinds[concept])]
-
-    after = [
-        "core/box.h",
-        phase.text if volumes else NO_PHASE,
-        composed.text,
-        *(surfaces.parts if surfaces else ()),
-        _camera(scene),
-        _layers(scene, channels),
-        "integrator/full/state.h",
-        media_calls.clocks(volumes) if constants else media_calls.no_clocks(),
-        f"integrator/full/{'spectral_mis' if spectral else 'grey'}.h",
-        "integrator/full/walk.h",
-        f"integrator/full/{'layers' if _wants_layers(scene) else 'no_layers'}.h",
-        media_calls.albedo(volumes),
-    ]
-    after = [part for part in after if part]
-    emits = any(volume.emission is not None for volume in volumes)
-    after += (
-        [media_calls.emission(volumes), "integrator/full/emission.h"] if emits else ["integrator/full/no_emission.h"]
+    uses = parts.Uses(
+        scene=scene,
+        volumes=volumes,
+        channels=channels,
+        lights=tuple(shining),
+        spectral=any(not medium.grey for medium in media),
+        surfaces=surfaces is not None,
+        shining=surfaces is not None and surfaces.emits,
     )
-    after += (
-        [
-            media_calls.grids(
-                volumes, scene.majorant.kind, "world->majorant_grid_bounds, " if scene.majorant.kind == "grid" else ""
-            ),
-            "integrator/full/grids.h",
-        ]
-        if grids
-        else ["integrator/full/no_grids.h"]
-    )
-    after.append(light_calls.escape(lights, len(sampled) + emissive))
-    after.append(_scatter_pdf(found_by_both))
-    if sampled or emissive:
-        after.append(light_calls.choose(lights, emissive))
-    if surfaces:
-        after += [light_calls.surface_pdf(emissive), "integrator/full/surfaces.h"]
-    else:
-        after.append("integrator/full/no_surfaces.h")
-    if sampled or emissive:
-        if equiangular:
-            after += [light_calls.places(lights), media_calls.spans(volumes), "integrator/full/equiangular.h"]
-        else:
-            after.append("integrator/full/no_equiangular.h")
-        after.append("integrator/full/next_event.h")
-    else:
-        after += ["integrator/full/no_equiangular.h", "integrator/full/no_next_event.h"]
+    inside = media_at(bodies, np.array(scene.camera.origin))
     return Layout(
         integrator="volumetric_path_full",
         kinds=kinds,
         channels=channels,
         names=layer_names(scene, channels),
-        records=tuple(records),
+        records=(
+            *_frame(scene, space),
+            Record("bounds", "", "bounds", BOUNDS, _bounds(corners, space, inside)),
+            *(Record(*numbers) for numbers in composed.records),
+            *_shapes(volumes, space),
+            *phase.records,
+            *shining,
+        ),
         buffers={
             **composed.buffers,
-            **({n: a for n, (_, a) in surfaces.buffers.items()} if surfaces else {}),
+            **({name: array for name, (_, array) in surfaces.buffers.items()} if surfaces else {}),
             **phase.buffers,
             **light_buffers,
         },
         space=space,
-        before_world=(f"core/coefficient_{3 if spectral else 1}.h", "core/light_sample.h", *files),
-        after_world=tuple(after),
+        before_world=(
+            f"core/coefficient_{3 if uses.spectral else 1}.h",
+            "core/light_sample.h",
+            *composed.files,
+            *(file_of(concept, kind) for concept in ours for kind in kinds[concept]),
+        ),
+        after_world=(
+            "core/box.h",
+            phase.text if volumes else NO_PHASE,
+            *((composed.text,) if volumes else ()),
+            *(surfaces.parts if surfaces else ()),
+            *parts.of(uses),
+        ),
         facts={
             **composed.facts,
             "norm": series.norm(scene, media, corners),
-            "unscattered": series.unscattered(shining, scene, media, corners),
+            "unscattered": series.unscattered(lights, scene, media, corners),
         },
     )
+
+
+def _frame(scene: Scene, space: Space) -> list[Record]:
+    """What rays begin with: film, camera, filter."""
+    width, height = scene.film.width, scene.film.height
+    camera, filter_ = module("camera", scene.camera.kind), module("filter", scene.film.filter.kind)
+    values = camera.record(scene.camera, width / height, space)
+    return [
+        Record("film", "", "film", FILM, {"width": width, "height": height, "seed": scene.seed}),
+        Record("camera", scene.camera.kind, "camera", camera.FIELDS, values),
+        Record("filter", scene.film.filter.kind, "filter", filter_.FIELDS, filter_.record(scene.film.filter)),
+    ]
+
+
+def _holds_colours(media: Sequence[Medium], lights: Sequence[Any]) -> bool:
+    """Do files of the scene hold any?"""
+    pictures = (light for light in lights if isinstance(light, Picture))
+    return any(medium.coloured for medium in media) or any(map(image.is_coloured, pictures))
+
+
+def _meshes(volumes: Sequence[Volume]) -> list[tuple[int, MeshShape]]:
+    shapes = [(i, volume.shape) for i, volume in enumerate(volumes) if isinstance(volume, ConstantVolume)]
+    return [(i, shape) for i, shape in shapes if isinstance(shape, MeshShape)]
 
 
 def _corners(media: Sequence[Medium], bodies: Sequence[Body]) -> Array:
@@ -213,53 +185,6 @@ def _bounds(corners: Array, space: Space, inside: int) -> dict[str, Any]:
         "centre": space.centre,
         "unit": math.ldexp(1.0, space.length_exponent),
     }
-
-
-def _camera(scene: Scene) -> str:
-    camera, filter_ = scene.camera.kind, scene.film.filter.kind
-    lens = "lens_u, lens_v, " if getattr(module("camera", camera), "LENS", False) else ""
-    return f"""\
-static inline void camera_ray(const struct world *world, real u, real v, real lens_u, real lens_v, vector *anchor,
-                              vector *direction, real *start) {{
-    camera_{camera}_ray(&world->scene->camera, u, v, {lens}anchor, direction, start);
-}}
-static inline real filter_offset(const struct world *world, real u) {{
-    return filter_{filter_}_offset(&world->scene->filter, u);
-}}
-"""
-
-
-def _wants_layers(scene: Scene) -> bool:
-    return bool(scene.layers) or scene.orders is not None
-
-
-def _layers(scene: Scene, channels: int) -> str:
-    """The state of the layers beside the beauty, and at which channel after it each begins."""
-    if not _wants_layers(scene):
-        return "enum { LAYERS = 0 };\ntypedef struct { int unused; } layer_values;\n"
-    orders = len(order_layers(scene))
-    start = orders * channels
-    at: dict[LayerName, int] = {}
-    for layer in scene.layers:
-        at[layer] = start
-        start += len(SUFFIXES[layer]) or channels
-    constants = [f"LAYERS = {start}", f"ORDERS = {orders}"]
-    constants += [f"{layer.upper()} = {at.get(layer, -1)}" for layer in SUFFIXES]
-    return f"""\
-enum {{ {", ".join(constants)} }};
-typedef struct {{
-    real value[LAYERS], lead; // lead: from the camera to the segment at which the path began
-    vector start;
-    mask unmet, probing;      // nothing met yet; a walk along the camera ray
-}} layer_values;
-"""
-
-
-def _scatter_pdf(found_by_both: bool) -> str:
-    value = "phase_eval(world, medium, in, out)" if found_by_both else "(real)1e30f"
-    return f"""\
-static inline real scatter_pdf(const struct world *world, integer medium, vector in, vector out) {{ return {value}; }}
-"""
 
 
 def without_deltas(volume: Volume) -> Volume:

@@ -68,7 +68,7 @@ def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0) -> 
         _voxels(n, count, medium.footprint, margin)
         for n, count, margin in zip(medium.size, cells, margins.tolist(), strict=True)
     ]
-    result = np.empty(cells[::-1], np.float32)
+    result = np.empty(cells[::-1])
     for layer, (low, high) in enumerate(ranges[2]):
         plane = medium.slab(low, high).max(axis=0)
         result[layer] = _pooled(_pooled(plane, ranges[1]).T, ranges[0]).T

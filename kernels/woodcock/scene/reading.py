@@ -33,8 +33,8 @@ def parse(text: str | bytes) -> Scene:
         raise SceneError(explain(error.errors(include_url=False))) from None
 
 
-def load(path: Path) -> Scene:
-    """A scene from a JSON file; its files, but for ids of uploaded ones, are resolved against its folder.
+def load(path: Path, folder: Path | None = None) -> Scene:
+    """A scene from a JSON file; its files, but for ids of uploaded ones, are resolved against `folder`, or its own.
 
     Raises SceneError.
     """
@@ -44,7 +44,8 @@ def load(path: Path) -> Scene:
         raise SceneError(f"{path}: {error.strerror}") from None
     except SceneError as error:
         raise SceneError("\n".join(f"{path}: {line}" for line in str(error).splitlines())) from None
-    return with_files(scene, lambda file: file if file.startswith(UPLOADED) else str(path.parent / file))
+    base = path.parent if folder is None else folder
+    return with_files(scene, lambda file: file if file.startswith(UPLOADED) else str(base / file))
 
 
 def with_files(scene: Scene, rename: Callable[[str], str]) -> Scene:

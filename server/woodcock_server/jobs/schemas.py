@@ -47,7 +47,9 @@ class Links(BaseModel):
 class JobSummary(BaseModel):
     """A job without its scene.
 
-    seconds: rendering time so far; rmse: estimated standard error of a pixel's luminance, in the scene's radiance.
+    seconds: rendering time so far; rmse: estimated standard error of a pixel's luminance, in the scene's radiance;
+    integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
+    (transmittance, emission_absorption) is no estimate: it is at most rmse.
     """
 
     id: str
@@ -65,6 +67,7 @@ class JobSummary(BaseModel):
     rmse: float | None
     relative_rmse: float | None
     devices: list[str]
+    integrator: str | None
     error: str | None
     links: Links
 
@@ -99,6 +102,7 @@ def _summary(row: RowMapping) -> dict[str, Any]:
         "target": stop,
         "fraction": 1.0 if succeeded else min(done, 1.0),
         "devices": sorted(row["usage"]),
+        "integrator": next((use["kinds"]["integrator"][0] for use in row["usage"].values()), None),
         "links": Links(
             self=path,
             events=f"{path}/events",

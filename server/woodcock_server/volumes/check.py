@@ -24,9 +24,7 @@ FILE_ID = re.compile(r"sha256:[0-9a-f]{64}")
 def check_scene(engine: Engine, scene: Scene) -> None:
     """Raises InvalidRequest that tells of each file of a scene that was not uploaded, or is not what it is used as."""
     with engine.connect() as connection:
-        faults = [
-            found for path, part in parts_with_files(scene, "scene") if (found := _fault(connection, path, part))
-        ]
+        faults = [found for path, part in parts_with_files(scene, "scene") if (found := _fault(connection, path, part))]
     if faults:
         raise InvalidRequest("The scene names files that cannot be rendered.", *faults)
 

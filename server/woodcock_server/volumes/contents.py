@@ -32,7 +32,7 @@ def read(path: Path) -> dict[str, Any]:
             return _columns("picture", width=width, height=height)
     except (VolumeError, ImageError) as error:
         # The reader names the temporary file, of which the sender knows nothing.
-        raise UnreadableFile(str(error).removeprefix(f"{path}: ")) from None
+        raise UnreadableFile(str(error).removeprefix(f"{path}: ").replace(str(path), "the file")) from None
     raise UnreadableFile(UNREADABLE)
 
 

@@ -47,3 +47,15 @@ def test_bad_usage(tmp_path: Path) -> None:
         done = woodcock(tmp_path / source, "-o", tmp_path / output)
         assert done.returncode == 2
         assert message in done.stderr
+
+
+def test_files_are_named_from_where_the_scene_is_written(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "out").mkdir()
+    ball = '<shape type="obj"><string name="filename" value="ball.obj"/></shape>'
+    (tmp_path / "in" / "scene.xml").write_text(mitsuba(ball))
+    (tmp_path / "in" / "ball.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
+    done = woodcock(tmp_path / "in" / "scene.xml", "-o", tmp_path / "out" / "scene.json")
+    assert done.stderr == "woodcock: scene.xml:2: reflects on both sides here; from behind Mitsuba's is black\n"
+    scene = json.loads((tmp_path / "out" / "scene.json").read_text())
+    assert scene["surfaces"][0]["file"] == "../in/ball.obj"

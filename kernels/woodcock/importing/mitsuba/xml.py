@@ -6,7 +6,6 @@ The parser is expat's, and a document with a DOCTYPE is refused, so that it can 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
@@ -181,9 +180,3 @@ def _parse(path: Path, where: str, name: str) -> Node:
             raise
         raise SourceError(f"{name}: cannot be decoded: {error}") from None
     return top.children[0]
-
-
-def walk(node: Node) -> Iterator[Node]:
-    yield node
-    for child in node.children:
-        yield from walk(child)

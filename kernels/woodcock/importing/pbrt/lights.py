@@ -8,7 +8,7 @@ from woodcock.importing import colour
 from woodcock.importing.draft import Draft
 from woodcock.importing.environment import from_equal_area
 from woodcock.importing.geometry import Fields
-from woodcock.importing.pbrt.state import Directive
+from woodcock.importing.pbrt.world import Directive
 from woodcock.importing.report import shown
 from woodcock.importing.transforms import Array, inverse, point
 

@@ -10,7 +10,7 @@ from woodcock.importing import colour
 from woodcock.importing.draft import Draft, Medium
 from woodcock.importing.geometry import Fields, placement
 from woodcock.importing.pbrt.parameters import Parameters
-from woodcock.importing.pbrt.state import Directive, World
+from woodcock.importing.pbrt.world import Directive, World
 from woodcock.importing.report import SourceError, shown
 from woodcock.importing.transforms import Array, check, point
 
@@ -39,6 +39,7 @@ class Media:
 
     def _make(self, name: str, directive: Directive) -> Medium | None:
         parameters = directive.parameters
+        parameters.used = True
         match directive.kind:
             case "homogeneous":
                 return self._homogeneous(parameters)

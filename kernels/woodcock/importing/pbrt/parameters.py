@@ -18,8 +18,8 @@ TYPES = (
     *("integer", "float", "bool", "string", "texture", "spectrum", "rgb", "blackbody"),
     *("point", "point2", "point3", "vector", "vector2", "vector3", "normal", "normal3"),
 )
-#: Illuminants that are white, or a blackbody of so many kelvin.
-ILLUMINANTS = {"stdillum-D65": None, "stdillum-A": 2856.0}
+#: pbrt's names of white, and of a blackbody of 2856 K.
+D65, A = "stdillum-D65", "stdillum-A"
 
 
 @dataclass
@@ -39,7 +39,10 @@ class Texture:
 
 @dataclass
 class Parameters:
-    """Nothing is dropped in silence: `leftovers` lists what nobody read."""
+    """Nothing is dropped in silence: `leftovers` lists what nobody read.
+
+    A `definition` (of a material, say) only matters once something has `used` it.
+    """
 
     owner: str
     where: str
@@ -48,6 +51,8 @@ class Parameters:
     found: dict[str, Parameter] = field(default_factory=dict)
     textures: Mapping[str, Texture] = field(default_factory=dict)
     read: set[str] = field(default_factory=set)
+    definition: bool = False
+    used: bool = False
 
     def parse(self, tokens: Tokens) -> Parameters:
         while (token := tokens.peek()) and token.quoted:
@@ -71,6 +76,8 @@ class Parameters:
         self.read.update(names)
 
     def leftovers(self) -> None:
+        if self.definition and not self.used:
+            return
         for name, parameter in self.found.items():
             if name not in self.read:
                 self.report.note(parameter.where, f"{shown(name)} of {self.owner} is not carried over")
@@ -155,9 +162,9 @@ class Parameters:
         kelvin: float | None = None
         if name in self.found and self.found[name].type == "blackbody":
             kelvin = number(*self._one(name, "blackbody") or ("", ""), shown(name))
-        elif name in self.found and self.found[name].values[:1] == ["stdillum-A"]:
+        elif name in self.found and self.found[name].values[:1] == [A]:
             self.read.add(name)
-            kelvin = ILLUMINANTS["stdillum-A"]
+            kelvin = 2856.0
         if kelvin is not None:
             if not kelvin > 0:
                 raise SourceError(f"{self.at(name)}: {shown(name)} must be more than 0 kelvin")
@@ -185,7 +192,7 @@ class Parameters:
         try:
             values = [float(value) for value in parameter.values]
         except ValueError:
-            if parameter.values[0] != "stdillum-D65":
+            if parameter.values[0] != D65:
                 self.report.note(parameter.where, f"the spectrum {shown(parameter.values[0])} is not carried over")
             return None
         if not values or len(values) % 2 or not np.isfinite(values).all():
@@ -199,6 +206,7 @@ class Parameters:
         assert named is not None
         texture = self.textures.get(named[0])
         if texture is not None and texture.kind == "constant":
+            texture.parameters.used = True
             return texture.parameters
         self.report.note(
             named[1], f"the texture {shown(named[0])} is not carried over; {shown(name)} keeps its default"

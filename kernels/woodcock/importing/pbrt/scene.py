@@ -17,7 +17,8 @@ from woodcock.importing.geometry import Fields
 from woodcock.importing.pbrt.lights import light
 from woodcock.importing.pbrt.parameters import Parameters
 from woodcock.importing.pbrt.shapes import Shapes
-from woodcock.importing.pbrt.state import Directive, Reader, World
+from woodcock.importing.pbrt.state import Reader
+from woodcock.importing.pbrt.world import Directive, World
 from woodcock.importing.report import SourceError, shown
 from woodcock.importing.transforms import MIRROR, Array, Pose
 
@@ -42,16 +43,8 @@ def convert(path: Path, draft: Draft) -> None:
             source.options["Camera"].where,
             f"the medium {shown(source.camera_medium)} around the camera has no bounds, and is not carried over",
         )
-    _leftovers(source)
-
-
-def _leftovers(source: World) -> None:
-    """Of materials, media and textures only those that something uses; an object's shapes once they are placed."""
-    unused = {id(made.parameters) for made in (*source.materials.values(), *source.media.values())}
-    unused |= {id(texture.parameters) for texture in source.textures.values()}
     for parameters in source.parameters:
-        if parameters.read - {"type"} or id(parameters) not in unused:
-            parameters.leftovers()
+        parameters.leftovers()
 
 
 def _made(source: World, name: str, default: str, where: str, draft: Draft) -> Directive:

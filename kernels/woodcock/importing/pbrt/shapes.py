@@ -11,7 +11,7 @@ from woodcock.importing.draft import GOES_ON, Draft, seen_through
 from woodcock.importing.geometry import Disk, Faces, Fields, Geometry, Mesh, MeshFile, Rectangle, Sphere
 from woodcock.importing.pbrt.media import Media
 from woodcock.importing.pbrt.parameters import Parameters
-from woodcock.importing.pbrt.state import Directive, Shape, World
+from woodcock.importing.pbrt.world import Directive, Shape, World
 from woodcock.importing.report import SourceError, shown
 from woodcock.importing.transforms import Array, determinant, normal, point, uniform_scale
 
@@ -54,6 +54,7 @@ class Shapes:
 
     def _geometry(self, directive: Directive) -> Geometry | None:
         where, parameters = directive.where, directive.parameters
+        parameters.used = True
         matrix = self._world @ directive.to_world
         match directive.kind:
             case "sphere":
@@ -162,6 +163,7 @@ class Shapes:
 
     def _made(self, material: Directive) -> Fields | None:
         parameters = material.parameters
+        parameters.used = True
         match material.kind:
             case "" | "none" | "interface":
                 return None
@@ -173,6 +175,7 @@ class Shapes:
         self._draft.report.note(
             material.where, f"the material {shown(material.kind)} is not carried over; a diffuse surface stands for it"
         )
+        parameters.passed_over(*parameters.found)
         return {"kind": "diffuse", "reflectance": reflectance}
 
     def _share(self, parameters: Parameters) -> colour.Colour:
@@ -213,6 +216,7 @@ class Shapes:
 
     def _shining(self, light: Directive, material: Fields | None, where: str) -> Fields | None:
         parameters = light.parameters
+        parameters.used = True
         if light.kind != "diffuse":
             raise SourceError(f"{light.where}: an area light must be diffuse, not {shown(light.kind)}")
         if material is None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from woodcock.importing import transforms
 from woodcock.importing.pbrt.parameters import Parameters, Texture
 from woodcock.importing.pbrt.tokens import Tokens
+from woodcock.importing.pbrt.world import Directive, Graphics, Shape, World
 from woodcock.importing.report import Report, SourceError, number, shown
 from woodcock.importing.transforms import Array
 
@@ -20,54 +20,17 @@ MAX_BYTES = 512 << 20
 
 #: How many numbers follow.
 NUMBERS = {"Translate": 3, "Scale": 3, "Rotate": 4, "LookAt": 9, "Transform": 16, "ConcatTransform": 16}
-#: A name and parameters follow: of the camera and what belongs to it, and of the world.
+#: A name and parameters follow: of what stands before the world,
 OPTIONS = ("Camera", "Film", "Sampler", "Integrator", "PixelFilter", "Accelerator")
-WORLD = ("Shape", "LightSource", "AreaLightSource", "Material", "MakeNamedMaterial", "MakeNamedMedium")
-TARGETS = {"Shape": "shape", "LightSource": "light", "Material": "material", "MakeNamedMaterial": "material"}
-
-
-@dataclass(frozen=True)
-class Directive:
-    """A directive that makes something: its name, its parameters, and where it stands in the world."""
-
-    kind: str
-    parameters: Parameters
-    to_world: Array
-
-    @property
-    def where(self) -> str:
-        return self.parameters.where
-
-
-@dataclass(frozen=True)
-class Graphics:
-    to_world: Array = field(default_factory=transforms.identity)
-    reverse: bool = False
-    material: Directive | str | None = None
-    inside: str = ""
-    outside: str = ""
-    area_light: Directive | None = None
-    attributes: tuple[tuple[str, Parameters], ...] = ()
-
-
-@dataclass(frozen=True)
-class Shape:
-    directive: Directive
-    graphics: Graphics
-
-
-@dataclass
-class World:
-    """What is there once all directives have run."""
-
-    options: dict[str, Directive] = field(default_factory=dict)
-    camera_medium: str = ""
-    shapes: list[Shape] = field(default_factory=list)
-    lights: list[Directive] = field(default_factory=list)
-    materials: dict[str, Directive] = field(default_factory=dict)
-    media: dict[str, Directive] = field(default_factory=dict)
-    textures: dict[str, Texture] = field(default_factory=dict)
-    parameters: list[Parameters] = field(default_factory=list)
+#: and in it, with the target that `Attribute` has for it.
+TARGETS = {
+    "Shape": "shape",
+    "LightSource": "light",
+    "AreaLightSource": "light",
+    "Material": "material",
+    "MakeNamedMaterial": "material",
+    "MakeNamedMedium": "medium",
+}
 
 
 class Reader:
@@ -109,7 +72,7 @@ class Reader:
             self._transform(name, tokens, where)
         elif name in OPTIONS:
             self._option(name, tokens, where)
-        elif name in WORLD:
+        elif name in TARGETS:
             self._make(name, tokens, where)
         elif name == "Option":
             self._parameters("Option", where, tokens).passed_over(
@@ -166,7 +129,8 @@ class Reader:
 
     def _make(self, name: str, tokens: Tokens, where: str) -> None:
         kind = tokens.string()
-        parameters = self._parameters(f"{name} {shown(kind)}", where, tokens, TARGETS.get(name, "medium"))
+        parameters = self._parameters(f"{name} {shown(kind)}", where, tokens, TARGETS[name])
+        parameters.definition = name not in ("Shape", "LightSource") or self._object is not None
         made = Directive(kind, parameters, self._graphics.to_world)
         if name in ("Shape", "LightSource", "AreaLightSource") and not self._in_world:
             raise SourceError(f"{where}: {name} must stand after WorldBegin")
@@ -249,9 +213,8 @@ class Reader:
         for shape in self._objects[name]:
             if shape.graphics.area_light is not None:
                 self._report.note(shape.graphics.area_light.where, "an object that is placed again does not shine")
-            parameters = copy.copy(shape.directive.parameters)
             matrix = transforms.check(self._graphics.to_world @ shape.directive.to_world, where)
-            placed = replace(shape.directive, parameters=parameters, to_world=matrix)
+            placed = replace(shape.directive, to_world=matrix)
             self.world.shapes.append(Shape(placed, replace(shape.graphics, area_light=None)))
 
     def _do_mediuminterface(self, tokens: Tokens, where: str) -> None:
@@ -265,7 +228,9 @@ class Reader:
 
     def _do_texture(self, tokens: Tokens, where: str) -> None:
         name, _, kind = (tokens.string() for _ in range(3))
-        self.world.textures[name] = Texture(kind, self._parameters(f"Texture {shown(name)}", where, tokens, "texture"))
+        parameters = self._parameters(f"Texture {shown(name)}", where, tokens, "texture")
+        parameters.definition = True
+        self.world.textures[name] = Texture(kind, parameters)
 
     def _do_attribute(self, tokens: Tokens, where: str) -> None:
         target = tokens.string()

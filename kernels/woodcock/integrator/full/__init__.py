@@ -1,1 +1,1 @@
-"""What the full loop is made of: device code in parts, chosen by what a scene uses, and the text that calls its kinds."""
+"""What the full loop is made of: device code in parts, chosen by what a scene uses, and text that calls its kinds."""

@@ -28,7 +28,8 @@ def clocks(volumes: Sequence[Volume]) -> str:
     depth = "".join(
         f"""\
     clocks_interval_{i}(world, p, t, &near, &far);
-    sum = coefficient_add(sum, coefficient_scale(medium_{i}_sigma_t_exact(world, p->origin), larger(far - near, (real)0.f)));
+    sigma_t = medium_{i}_sigma_t_exact(world, p->origin);
+    sum = coefficient_add(sum, coefficient_scale(sigma_t, larger(far - near, (real)0.f)));
 """
         for i, _ in constants
     )
@@ -58,7 +59,7 @@ static inline void clocks_ring(const struct world *world, path *p, mask flying) 
 {ring}}}
 // Optical depth of the constant media up to t.
 static inline coefficient clocks_depth(const struct world *world, const path *p, real t) {{
-    coefficient sum = coefficient_grey((real)0.f);
+    coefficient sigma_t, sum = coefficient_grey((real)0.f);
     real near, far;
 {depth}    return sum;
 }}
@@ -113,7 +114,8 @@ def spans(volumes: Sequence[Volume]) -> str:
     here = "".join(
         f"""\
     clocks_interval_{i}(world, p, p->reach, &a, &b);
-    sigma_t = coefficient_scale(medium_{i}_sigma_t_exact(world, p->origin), pick((real)0.f, (real)1.f, test(a <= t) & test(t <= b)));
+    sigma_t = medium_{i}_sigma_t_exact(world, p->origin);
+    sigma_t = coefficient_scale(sigma_t, pick((real)0.f, (real)1.f, test(a <= t) & test(t <= b)));
     total = coefficient_add(total, sigma_t);
     means[{i}] = coefficient_mean(sigma_t);
 """
@@ -128,7 +130,8 @@ static inline void clocks_span(const struct world *world, const path *p, real *n
     *far = (real)-1e30f;
 {near_far}}}
 // σ_t of all media at t, and one of them, chosen by its share of it with u: `own` is its σ_t over its chance.
-static inline coefficient clocks_sigma_t(const struct world *world, const path *p, real t, real u, integer *medium, coefficient *own) {{
+static inline coefficient clocks_sigma_t(const struct world *world, const path *p, real t, real u, integer *medium,
+                                         coefficient *own) {{
     real a, b, means[{count}], sum = (real)0.f;
     coefficient sigma_t, total = coefficient_grey((real)0.f);
 {here}    const real mean = coefficient_mean(total);
@@ -189,8 +192,8 @@ static inline mask majorant_step(const struct world *world, majorant_walk *walk,
     return {step};
 }}
 // σ_t of the grids at t; `level`, uniform up to the bound, chooses the medium that collides.
-static inline coefficient grids_sigma_t(const struct world *world, const path *p, real t, words w, real level, integer *medium,
-                                        coefficient *own) {{
+static inline coefficient grids_sigma_t(const struct world *world, const path *p, real t, words w, real level,
+                                        integer *medium, coefficient *own) {{
 {body}}}
 """
 

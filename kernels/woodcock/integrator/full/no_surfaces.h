@@ -1,6 +1,6 @@
 // A scene without surfaces.
 typedef struct { int unused; } surface_state;
-static inline void surfaces_ahead(surface_state *s, const path *p, const struct world *world, real *end, mask fresh) {}
+static inline void surfaces_ahead(surface_state *s, path *p, const struct world *world, real *end, mask fresh) {}
 static inline mask surfaces_met(const surface_state *s, mask arrived) { return (mask)0; }
 static inline mask surfaces_meet(surface_state *s, path *p, const struct world *world, mask met, mask *lost) { return (mask)0; }
 static inline mask surfaces_scatter_anywhere(const surface_state *s, const struct world *world) { return (mask)0; }

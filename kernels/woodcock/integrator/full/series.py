@@ -32,15 +32,13 @@ def norm(scene: Scene, media: Sequence[Medium], corners: Array) -> float:
                 pass
             case _:  # Refraction packs radiance by η²: no bound below 1
                 return 1.0
-    return max(-scattered * math.expm1(-depth), reflected if not media else max(reflected, scattered) * bool(reflected))
+    return max(scattered, reflected) if reflected else -scattered * math.expm1(-depth)
 
 
 def unscattered(lights: Sequence[Any], scene: Scene, media: Sequence[Medium], corners: Array) -> float | None:
-    """At least L⁰ anywhere, in any direction; None where a light has no radiance to bound, being a point or a direction."""
-    total = max(
-        (float(np.max(shine(s.material))) for s in scene.surfaces if isinstance(s.material, EmissiveMaterial)),
-        default=0.0,
-    )
+    """At least L⁰ anywhere, in any direction; None where a light is a point or a direction: it has no radiance."""
+    emissive = [s.material for s in scene.surfaces if isinstance(s.material, EmissiveMaterial)]
+    total = max((float(np.max(shine(material))) for material in emissive), default=0.0)
     sky = 0.0
     for light in lights:
         kind = module("light", light.kind)

@@ -5,16 +5,18 @@ typedef struct {
     integer bounces;       // since a path came to surfaces; a mirror box would keep it for ever
 } surface_state;
 
-//: Meetings with surfaces after which a path is given up and counted as rejected.
+// Meetings with surfaces after which a path is given up and counted as rejected.
 #define MOST_BOUNCES 65536
 
-static inline void surfaces_ahead(surface_state *s, const path *p, const struct world *world, real *end, mask fresh) {
+static inline void surfaces_ahead(surface_state *s, path *p, const struct world *world, real *end, mask fresh) {
     surface_hit hit = surface_intersect(world, p->origin, p->direction, p->length, fresh);
     s->hit.t = pick(s->hit.t, hit.t, fresh);
     s->hit.primitive = pick(s->hit.primitive, hit.primitive, fresh);
     s->hit.u = pick(s->hit.u, hit.u, fresh);
     s->hit.v = pick(s->hit.v, hit.v, fresh);
     *end = smaller(*end, hit.t);
+    // A ray that meets nothing for ever is outside all meshes, whatever rounding has made of a face that it started on.
+    p->inside = pick(p->inside, (word)0u, fresh & test(p->length >= 1e30f) & test(hit.t >= 1e30f));
 }
 
 static inline mask surfaces_met(const surface_state *s, mask arrived) { return arrived & test(s->hit.t < 1e30f); }

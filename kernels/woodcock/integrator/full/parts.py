@@ -1,0 +1,134 @@
+"""The loop's parts: each in the form that a scene needs, in the order in which they build on each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from woodcock.integrator.full import lights, media
+from woodcock.layers import SUFFIXES, order_layers
+from woodcock.layout import Record, module
+from woodcock.scene import ConstantVolume, GridVolume, LayerName, Scene, Volume
+
+
+@dataclass(frozen=True)
+class Uses:
+    """What a scene uses. spectral: σ_t has colour somewhere; lights: their records; shining: surfaces do."""
+
+    scene: Scene
+    volumes: tuple[Volume, ...]
+    channels: int
+    lights: tuple[Record, ...]
+    spectral: bool
+    surfaces: bool
+    shining: bool
+
+    @property
+    def grids(self) -> bool:
+        return any(isinstance(volume, GridVolume) for volume in self.volumes)
+
+    @property
+    def constants(self) -> bool:
+        return any(isinstance(volume, ConstantVolume) for volume in self.volumes)
+
+    @property
+    def emits(self) -> bool:
+        return any(volume.emission is not None for volume in self.volumes)
+
+    @property
+    def layers(self) -> bool:
+        return bool(self.scene.layers) or self.scene.orders is not None
+
+    @property
+    def sampled(self) -> list[Record]:
+        return [light for light in self.lights if module("light", light.kind).SAMPLED]
+
+    @property
+    def next_event(self) -> bool:
+        return bool(self.sampled) or self.shining
+
+    @property
+    def equiangular(self) -> bool:
+        """Flights through grids have no transmittance in closed form to sample by."""
+        local = any(module("light", light.kind).LOCAL for light in self.sampled)
+        return local and self.constants and not self.grids
+
+    @property
+    def found_by_both(self) -> bool:
+        """Is there a light that next-event estimation and scattering both find?"""
+        return self.shining or any(module("light", light.kind).ON_ESCAPE for light in self.sampled)
+
+
+def of(uses: Uses) -> list[str]:
+    """Parts for `flatten`, to follow the calls of media, phase functions and surfaces."""
+    majorant = uses.scene.majorant.kind
+    bounds = "world->majorant_grid_bounds, " if majorant == "grid" else ""
+    return [
+        _camera(uses.scene),
+        _layers(uses),
+        "integrator/full/state.h",
+        media.clocks(uses.volumes) if uses.constants else media.no_clocks(),
+        f"integrator/full/{'spectral_mis' if uses.spectral else 'grey'}.h",
+        "integrator/full/walk.h",
+        _form("layers", uses.layers),
+        media.albedo(uses.volumes),
+        *([media.emission(uses.volumes)] if uses.emits else []),
+        _form("emission", uses.emits),
+        *([media.grids(uses.volumes, majorant, bounds)] if uses.grids else []),
+        _form("grids", uses.grids),
+        lights.escape(uses.lights, len(uses.sampled) + uses.shining),
+        _scatter_pdf(uses.found_by_both),
+        *([lights.choose(uses.lights, uses.shining)] if uses.next_event else []),
+        *([lights.surface_pdf(uses.shining)] if uses.surfaces else []),
+        _form("surfaces", uses.surfaces),
+        *([lights.places(uses.lights), media.spans(uses.volumes)] if uses.equiangular else []),
+        _form("equiangular", uses.equiangular),
+        _form("next_event", uses.next_event),
+    ]
+
+
+def _form(part: str, used: bool) -> str:
+    return f"integrator/full/{'' if used else 'no_'}{part}.h"
+
+
+def _camera(scene: Scene) -> str:
+    camera, filter_ = scene.camera.kind, scene.film.filter.kind
+    lens = "lens_u, lens_v, " if getattr(module("camera", camera), "LENS", False) else ""
+    return f"""\
+static inline void camera_ray(const struct world *world, real u, real v, real lens_u, real lens_v, vector *anchor,
+                              vector *direction, real *start) {{
+    camera_{camera}_ray(&world->scene->camera, u, v, {lens}anchor, direction, start);
+}}
+static inline real filter_offset(const struct world *world, real u) {{
+    return filter_{filter_}_offset(&world->scene->filter, u);
+}}
+"""
+
+
+def _layers(uses: Uses) -> str:
+    """The state of the layers beside the beauty, and at which channel after it each begins."""
+    scene, channels = uses.scene, uses.channels
+    if not uses.layers:
+        return "enum { LAYERS = 0 };\ntypedef struct { int unused; } layer_values;\n"
+    orders = len(order_layers(scene))
+    start = orders * channels
+    at: dict[LayerName, int] = {}
+    for layer in scene.layers:
+        at[layer] = start
+        start += len(SUFFIXES[layer]) or channels
+    constants = [f"LAYERS = {start}", f"ORDERS = {orders}"]
+    constants += [f"{layer.upper()} = {at.get(layer, -1)}" for layer in SUFFIXES]
+    return f"""\
+enum {{ {", ".join(constants)} }};
+typedef struct {{
+    real value[LAYERS], lead; // lead: from the camera to the segment at which the path began
+    vector start;
+    mask unmet, probing;      // nothing met yet; a walk along the camera ray
+}} layer_values;
+"""
+
+
+def _scatter_pdf(found_by_both: bool) -> str:
+    value = "phase_eval(world, medium, in, out)" if found_by_both else "(real)1e30f"
+    return f"""\
+static inline real scatter_pdf(const struct world *world, integer medium, vector in, vector out) {{ return {value}; }}
+"""

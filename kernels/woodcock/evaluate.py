@@ -39,8 +39,9 @@ def evaluate(
     arrays = {f"{name}_": np.pad(array, (0, padded - count), mode="edge") for name, array in inputs.items()}
     arrays |= buffers or {}
     parameters = "".join(f"__global const {_SCALARS[array.dtype.str[1:]]} *{name}, " for name, array in arrays.items())
+    load = "*({} + i)" if lanes == 1 else f"vload{lanes}(0, {{}} + i)"
     loads = "".join(
-        f"    {_LANES[array.dtype.str[1:]]} {name} = lanes_load({name}_ + i);\n" for name, array in inputs.items()
+        f"    {_LANES[array.dtype.str[1:]]} {name} = {load.format(f'{name}_')};\n" for name, array in inputs.items()
     )
     stores = "".join(
         f"    lanes_store({expression}, result_ + {index * padded} + i);\n"

@@ -88,7 +88,7 @@ def test_scenes_whose_data_is_there_are_rendered_too(
     done = run([*arguments, "--once", "--data", str(data)], environment)
     assert done.returncode == 0, done.stderr
     left_out = [line for line in done.stdout.splitlines() if "left out" in line]
-    assert left_out == [f"there is left out, for there is no {data}/sky.exr and no {data}/fire.vdb."]
+    assert left_out == [f"there is left out, for there is no {data}/fire.vdb and no {data}/sky.exr."]
     assert {path.name for path in (tmp_path / "demo").glob("*.exr")} == {"here.exr"}
 
 

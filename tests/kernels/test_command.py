@@ -65,6 +65,9 @@ def test_seconds_contract(scene: Path, tmp_path: Path) -> None:
     [
         ({"seed": -1}, 2, "scene.json: seed: input should be greater than or equal to 0 (got -1)"),
         ({"volumes": [{"kind": "grid", "file": "none.vdb", "albedo": 1}]}, 2, "none.vdb: No such file or directory"),
+        ({"surfaces": [{"kind": "mesh", "file": "none.ply"}]}, 2, "none.ply: No such file or directory"),
+        ({"lights": [{"kind": "image", "file": "none.exr"}]}, 2, "none.exr: No such file or directory"),
+        ({"lights": [{"kind": "image", "file": "scene.json"}]}, 2, "scene.json: is no picture that can be read"),
     ],
 )
 def test_bad_scenes(scene: Path, tmp_path: Path, change: dict[str, Any], code: int, message: str) -> None:

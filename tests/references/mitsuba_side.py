@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ Described = dict[str, Any]
 Colour = float | Sequence[float]
 #: σ_t is given as this times a colour that Mitsuba takes for a reflectance.
 LARGEST = 8.0
+#: Of tables that stand for smooth functions: those here are within 1e-5 of theirs.
+NODES = 4001
 
 
 class Mitsuba:
@@ -150,3 +153,16 @@ RAYLEIGH: Described = {"type": "rayleigh"}
 def tabulated(values: Sequence[float]) -> Described:
     """At cosines evenly from -1 to 1."""
     return {"type": "tabphase", "values": ", ".join(map(str, values))}
+
+
+def draine(g: float, alpha: float) -> Described:
+    """Draine (2003), eq. 13, without its norm: Mitsuba normalises tables."""
+    cosine = np.linspace(-1, 1, NODES)
+    return tabulated(((1 + alpha * cosine**2) / (1 + g**2 - 2 * g * cosine) ** 1.5).tolist())
+
+
+def mie(d: float) -> Described:
+    """Jendersie & d'Eon (2023), eqs. 4 to 7, for diameters from 5 to 50 µm; the peak needs no table."""
+    peak = math.exp(-0.0990567 / (d - 1.67154))
+    g, alpha = math.exp(-2.20679 / (d + 3.91029) - 0.428934), math.exp(3.62489 - 8.29288 / (d + 5.52825))
+    return blend(math.exp(-0.599085 / (d - 0.641583) - 0.665888), draine(g, alpha), hg(peak))

@@ -10,7 +10,6 @@ typedef int mask;
 #define word_as_integer(x) as_int(x)
 #define integer_as_word(x) as_uint(x)
 #define word_as_real(x) as_float(x)
-#define real_as_word(x) as_uint(x)
 #define test(condition) (-(int)(condition))
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define some(m) (m)
@@ -18,5 +17,4 @@ typedef int mask;
 #define gather(type, p, i) ((p)[i])
 #define to_word(x) ((uint)(x))
 #define lanes_store(x, p) (*(p) = (x))
-#define lanes_load(p) (*(p))
 #include "core/lanes_math.h"

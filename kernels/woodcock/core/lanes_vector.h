@@ -12,10 +12,7 @@ typedef LANES_JOIN(int, LANES) mask;
 #define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
 #define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
-#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define test(condition) (condition)
-// Operators rather than the builtins select, any, fmin and fmax: they are inlined by every compiler, where PoCL calls its
-// builtins as functions, spilling all registers, when it takes the processor for an older one than its library does.
+// Operators rather than the builtins select, any, fmin and fmax: PoCL may call these as functions, spilling all registers.
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define lanes_store(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
-#define lanes_load(p) LANES_JOIN(vload, LANES)(0, p)

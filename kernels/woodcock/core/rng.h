@@ -26,8 +26,7 @@ static inline words pcg4d(words v) {
 // The address of a path; `dimension` counts the words taken along it, four at a time.
 typedef struct { word pixel, sample, dimension; uint seed; } rng_address;
 
-// The hash's high halves are good, its low bits alone are not: roulette on bit 0 biased a reflectance by 0.8 %. So the
-// low halves are mixed with the high ones before anyone takes them.
+// The hash's low bits alone are biased (roulette on bit 0: by 0.8 %), so low halves are mixed with high ones.
 static inline words rng_words(const rng_address *at, word dimension) {
     words v = {at->pixel, at->sample, dimension, (word)at->seed};
     v = pcg4d(v);

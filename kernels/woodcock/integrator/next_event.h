@@ -1,5 +1,5 @@
-// Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the same steps
-// as a free flight, and scatters when it arrives. The vertex is the origin of the walk, so nothing needs restoring.
+// Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the steps of a
+// free flight, and scatters on arrival. The vertex is the walk's origin: nothing needs restoring.
 typedef struct {
     mask walking;
     real transmittance;
@@ -9,7 +9,7 @@ typedef struct {
 
 static inline mask next_event_walking(const next_event *event) { return event->walking; }
 
-// One step of the walks; returns the lanes that have arrived (or lost all their weight) and scatter now.
+// One step of the walks; returns lanes that have arrived or lost all weight, and scatter now.
 static inline mask next_event_step(next_event *event, const struct world *world, path *p, real density, mask escape, real u) {
     real transmittance = event->transmittance;
     mask over = transmittance_step(world, &transmittance, density, p->t_exit, escape, u) & event->walking;
@@ -23,7 +23,7 @@ static inline mask next_event_step(next_event *event, const struct world *world,
     return over;
 }
 
-// Sends the lanes that have collided towards a light; none of them scatters yet.
+// Sends lanes that have collided towards a light; none scatters yet.
 static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
     spectrum weight;
     vector towards = light_sample(world, u, &weight);

@@ -31,7 +31,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 
-    // Every lane starts the first sample of its pixel.
+    // Every lane starts its pixel's first sample.
     path p;
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;

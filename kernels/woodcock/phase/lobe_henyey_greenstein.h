@@ -1,6 +1,5 @@
-// A Henyey–Greenstein lobe by its numbers, for every phase function that is made of such. Written in the versine from the
-// axis of the peak, m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the peak, these do neither.
-// gap = 1 - |g|, computed in float64 on the host.
+// A lobe in the versine from its peak's axis, m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the
+// peak, these do neither. gap = 1 - |g|, from the host.
 #include "core/warp.h"
 
 // p = (1 - g²) / 4π (1 + g² - 2 g cos θ)^(3/2), with 1 + g² - 2 g cos θ = gap² + 2 |g| m and m = |in ∓ out|² / 2.
@@ -10,11 +9,9 @@ static inline real lobe_henyey_greenstein_at(float g, float gap, vector in, vect
     return 0.0795774715f * gap * (1.f + fabs(g)) / (squared * sqrt(squared));
 }
 
-// The direction beyond which lies the share u of the lobe, seen from the peak, 0 <= u <= 1 and rest = 1 - u: the textbook
-// inverse of the distribution function, solved for m: m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)².
+// The textbook inverse of the distribution function, solved for m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)²; rest = 1 - u.
 static inline vector lobe_henyey_greenstein_around(real g, real gap, vector in, real u, real rest, real v) {
-    real side = copysign((real)1.f, g), size = fabs(g);
-    real ratio = gap / (gap + 2.f * size * u);
+    real side = copysign((real)1.f, g), size = fabs(g), ratio = gap / (gap + 2.f * size * u);
     real m = 2.f * ratio * ratio * rest * (1.f + size * u);
     return warp_around(vector_of(in.x * side, in.y * side, in.z * side), smaller(m, (real)2.f), v);
 }

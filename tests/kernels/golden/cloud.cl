@@ -16,13 +16,10 @@ typedef LANES_JOIN(int, LANES) mask;
 #define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
 #define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
-#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define test(condition) (condition)
-// Operators rather than the builtins select, any, fmin and fmax: they are inlined by every compiler, where PoCL calls its
-// builtins as functions, spilling all registers, when it takes the processor for an older one than its library does.
+// Operators rather than the builtins select, any, fmin and fmax: PoCL may call these as functions, spilling all registers.
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define lanes_store(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
-#define lanes_load(p) LANES_JOIN(vload, LANES)(0, p)
 #line 4 "core/lanes_8.h"
 #define lane_index() ((integer)(0, 1, 2, 3, 4, 5, 6, 7))
 #define gather(type, p, i) ((LANES_JOIN(type, LANES))((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], \
@@ -72,8 +69,7 @@ static inline words pcg4d(words v) {
 // The address of a path; `dimension` counts the words taken along it, four at a time.
 typedef struct { word pixel, sample, dimension; uint seed; } rng_address;
 
-// The hash's high halves are good, its low bits alone are not: roulette on bit 0 biased a reflectance by 0.8 %. So the
-// low halves are mixed with the high ones before anyone takes them.
+// The hash's low bits alone are biased (roulette on bit 0: by 0.8 %), so low halves are mixed with high ones.
 static inline words rng_words(const rng_address *at, word dimension) {
     words v = {at->pixel, at->sample, dimension, (word)at->seed};
     v = pcg4d(v);
@@ -388,7 +384,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 
-    // Every lane starts the first sample of its pixel.
+    // Every lane starts its pixel's first sample.
     path p;
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;

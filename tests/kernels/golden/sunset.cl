@@ -16,13 +16,10 @@ typedef LANES_JOIN(int, LANES) mask;
 #define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
 #define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
-#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define test(condition) (condition)
-// Operators rather than the builtins select, any, fmin and fmax: they are inlined by every compiler, where PoCL calls its
-// builtins as functions, spilling all registers, when it takes the processor for an older one than its library does.
+// Operators rather than the builtins select, any, fmin and fmax: PoCL may call these as functions, spilling all registers.
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define lanes_store(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
-#define lanes_load(p) LANES_JOIN(vload, LANES)(0, p)
 #line 4 "core/lanes_8.h"
 #define lane_index() ((integer)(0, 1, 2, 3, 4, 5, 6, 7))
 #define gather(type, p, i) ((LANES_JOIN(type, LANES))((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], \
@@ -72,8 +69,7 @@ static inline words pcg4d(words v) {
 // The address of a path; `dimension` counts the words taken along it, four at a time.
 typedef struct { word pixel, sample, dimension; uint seed; } rng_address;
 
-// The hash's high halves are good, its low bits alone are not: roulette on bit 0 biased a reflectance by 0.8 %. So the
-// low halves are mixed with the high ones before anyone takes them.
+// The hash's low bits alone are biased (roulette on bit 0: by 0.8 %), so low halves are mixed with high ones.
 static inline words rng_words(const rng_address *at, word dimension) {
     words v = {at->pixel, at->sample, dimension, (word)at->seed};
     v = pcg4d(v);
@@ -250,9 +246,8 @@ static inline real majorant_global_mean_free_path(__constant const struct majora
 #line 1 "phase/henyey_greenstein.h"
 // Henyey & Greenstein, "Diffuse radiation in the galaxy", ApJ 93, 1941.
 #line 1 "phase/lobe_henyey_greenstein.h"
-// A Henyey–Greenstein lobe by its numbers, for every phase function that is made of such. Written in the versine from the
-// axis of the peak, m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the peak, these do neither.
-// gap = 1 - |g|, computed in float64 on the host.
+// A lobe in the versine from its peak's axis, m = 1 ∓ cos θ for g ≷ 0: the textbook forms divide by g and cancel near the
+// peak, these do neither. gap = 1 - |g|, from the host.
 #line 1 "core/warp.h"
 #line 1 "core/frame.h"
 // An orthonormal frame around a unit vector without branches: Duff et al., "Building an Orthonormal Basis, Revisited",
@@ -287,7 +282,7 @@ static inline vector warp_around(vector axis, real versine, real azimuth) {
     sincos_turns(azimuth, &sine, &cosine);
     return vector_normalize(frame_to_world(axis, radius * cosine, radius * sine, 1.f - versine));
 }
-#line 5 "phase/lobe_henyey_greenstein.h"
+#line 4 "phase/lobe_henyey_greenstein.h"
 
 // p = (1 - g²) / 4π (1 + g² - 2 g cos θ)^(3/2), with 1 + g² - 2 g cos θ = gap² + 2 |g| m and m = |in ∓ out|² / 2.
 static inline real lobe_henyey_greenstein_at(float g, float gap, vector in, vector out) {
@@ -296,11 +291,9 @@ static inline real lobe_henyey_greenstein_at(float g, float gap, vector in, vect
     return 0.0795774715f * gap * (1.f + fabs(g)) / (squared * sqrt(squared));
 }
 
-// The direction beyond which lies the share u of the lobe, seen from the peak, 0 <= u <= 1 and rest = 1 - u: the textbook
-// inverse of the distribution function, solved for m: m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)².
+// The textbook inverse of the distribution function, solved for m = 2 gap² (1 - u) (1 + |g| u) / (gap + 2 |g| u)²; rest = 1 - u.
 static inline vector lobe_henyey_greenstein_around(real g, real gap, vector in, real u, real rest, real v) {
-    real side = copysign((real)1.f, g), size = fabs(g);
-    real ratio = gap / (gap + 2.f * size * u);
+    real side = copysign((real)1.f, g), size = fabs(g), ratio = gap / (gap + 2.f * size * u);
     real m = 2.f * ratio * ratio * rest * (1.f + size * u);
     return warp_around(vector_of(in.x * side, in.y * side, in.z * side), smaller(m, (real)2.f), v);
 }
@@ -397,8 +390,8 @@ static inline void path_advance(path *p, real step) {
     p->t = t;
 }
 #line 1 "integrator/next_event.h"
-// Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the same steps
-// as a free flight, and scatters when it arrives. The vertex is the origin of the walk, so nothing needs restoring.
+// Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the steps of a
+// free flight, and scatters on arrival. The vertex is the walk's origin: nothing needs restoring.
 typedef struct {
     mask walking;
     real transmittance;
@@ -408,7 +401,7 @@ typedef struct {
 
 static inline mask next_event_walking(const next_event *event) { return event->walking; }
 
-// One step of the walks; returns the lanes that have arrived (or lost all their weight) and scatter now.
+// One step of the walks; returns lanes that have arrived or lost all weight, and scatter now.
 static inline mask next_event_step(next_event *event, const struct world *world, path *p, real density, mask escape, real u) {
     real transmittance = event->transmittance;
     mask over = transmittance_step(world, &transmittance, density, p->t_exit, escape, u) & event->walking;
@@ -422,7 +415,7 @@ static inline mask next_event_step(next_event *event, const struct world *world,
     return over;
 }
 
-// Sends the lanes that have collided towards a light; none of them scatters yet.
+// Sends lanes that have collided towards a light; none scatters yet.
 static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
     spectrum weight;
     vector towards = light_sample(world, u, &weight);
@@ -512,7 +505,7 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 
-    // Every lane starts the first sample of its pixel.
+    // Every lane starts its pixel's first sample.
     path p;
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;

@@ -61,7 +61,7 @@ def described(scene: dict[str, Any]) -> Scene:
 
 @pytest.fixture
 def box() -> dict[str, Any]:
-    """A grey unit cube seen along +z, filling the picture, in an environment of radiance 1."""
+    """A grey unit cube seen along +z, filling the picture, in an environment of radiance 1, by random paths."""
     return {
         "camera": {
             "kind": "orthographic",
@@ -80,6 +80,7 @@ def box() -> dict[str, Any]:
         ],
         "lights": [{"kind": "constant", "radiance": 1}],
         "film": {"width": 32, "height": 32},
+        "integrator": {"kind": "volumetric_path"},  # also where nothing scatters
         "seed": 7,
     }
 

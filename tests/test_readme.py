@@ -66,6 +66,6 @@ def test_kernels_example(tmp_path: Path) -> None:
     assert read_exr(tmp_path / "scene.exr")[0]["R"].shape == (24, 32)
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.json")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(EXAMPLES.rglob("*.json")), ids=lambda path: path.stem)
 def test_examples_are_scenes(path: Path) -> None:
     parse(path.read_text())

@@ -18,7 +18,7 @@ import pytest
 from woodcock_client import cli
 
 if TYPE_CHECKING:
-    from conftest import Service
+    from .service import Service
 
 COMMAND = [sys.executable, "-W", "error", "-m", "woodcock_client.cli"]
 ROOT = Path(__file__).parents[2]

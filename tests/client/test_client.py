@@ -19,7 +19,7 @@ from woodcock.scene import Scene, SceneError, files, with_files
 from woodcock_client import Client, ServiceError, Unreachable, client
 
 if TYPE_CHECKING:
-    from conftest import Service
+    from .service import Service
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from woodcock_client import Client
 from woodcock_client.demo import EXAMPLES, render
 
 if TYPE_CHECKING:
-    from conftest import Service
+    from .service import Service
 
 COMMAND = [sys.executable, "-m", "woodcock_client.demo"]
 MARK = "WOODCOCK_TEST_MARK"

@@ -12,7 +12,7 @@ import pytest
 from woodcock_client import cli
 
 if TYPE_CHECKING:
-    from conftest import Service
+    from .service import Service
 
 README = (Path(__file__).parents[2] / "client" / "README.md").read_text()
 

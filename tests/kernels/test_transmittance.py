@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 from tests.kernels.ray_oracles import Gridded, Homogeneous, Media, optical_depth
 from tests.kernels.rays import launch, trace
 
@@ -120,19 +121,47 @@ def test_nothing_gets_through_what_is_thick_enough(context: Context) -> None:
 # Samples
 
 
-def test_samples_lie_evenly(context: Context) -> None:
-    """Sample 0 is the middle; the rest follow the R sequence, i / φ in the unit interval, at any i."""
-    numbers = np.array([0, 1, 2, 1000, 4_000_000_000], np.uint64)
-    (got,) = evaluate(
-        context,
-        ["sequence_at_(sample)"],
-        {"sample": numbers},
-        lanes=1,
-        parts=["core/sequence.h", "#define sequence_at_(i) sequence_at((uint)(i), 3242174889u)\n"],
+def places(context: Context, numbers: Any) -> Any:
+    """(n, 4)"""
+    return np.stack(
+        evaluate(
+            context,
+            [f"sequence_at_(sample, {axis}u)" for axis in range(4)],
+            {"sample": np.asarray(numbers, np.uint64)},
+            lanes=1,
+            parts=["core/sequence.h", "#define sequence_at_(i, axis) sequence_at((uint)(i), axis)\n"],
+        ),
+        axis=-1,
     )
-    assert got[0] == 0.5
-    plastic = 1.3247179572447460259609
-    assert np.allclose(got, (0.5 + numbers.astype(float) / plastic) % 1, rtol=0, atol=2**-24 + 4e9 * 2**-33)
+
+
+@pytest.mark.parametrize("start", [0, 4_000_000_000 // 1024 * 1024])
+def test_samples_lie_evenly(context: Context, start: int) -> None:
+    """Of 2^k in a row, one lies in every part of a pixel of this area, whatever its shape, and of the lens's axes.
+
+    The first 4^k have their mean in the middle; sample 0 lies there.
+    """
+    got = places(context, start + np.arange(1024))
+    for k in range(11):
+        for some in got.reshape(-1, 2**k, 4):
+            for along in range(k + 1):
+                part = np.floor(some[:, 0] * 2**along) + 2**along * np.floor(some[:, 1] * 2 ** (k - along))
+                assert len(np.unique(part)) == 2**k
+            assert all(len(np.unique(np.floor(some[:, axis] * 2**k))) == 2**k for axis in (2, 3))
+    if start == 0:
+        assert np.all(got[0] == 0.5)
+        for n in (4, 16, 64, 256, 1024):
+            assert np.all(np.abs(got[:n].mean(axis=0) - 0.5) < 0.15 / n)
+
+
+def test_samples_are_sobols_scrambled(context: Context) -> None:
+    """The first binary digit in which two samples differ is that of Sobol's points, whose others are scrambled."""
+    gray = np.arange(1024) ^ np.arange(1024) >> 1
+    sobol = np.empty((1024, 4), int)
+    sobol[gray] = qmc.Sobol(4, scramble=False).random(1024) * 2**24
+    got = (places(context, np.arange(1024)) * 2**24).astype(int)
+    a, b = np.random.default_rng(22).integers(0, 1024, (2, 5000))
+    assert np.array_equal(np.frexp(got[a] ^ got[b])[1], np.frexp(sobol[a] ^ sobol[b])[1])
 
 
 BOX = {"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 2, "albedo": 0}

@@ -111,7 +111,11 @@ def test_every_file_that_a_scene_names_is_looked_at(make_scene: Make) -> None:
 
 
 def test_a_scene_may_use_files_of_every_type(client: TestClient, make_scene: Make) -> None:
-    ids = uploaded(client, "cube.obj", CUBE), uploaded(client, "sky.exr", exr(GREY)), uploaded(client, "fire.npz", fire())
+    ids = (
+        uploaded(client, "cube.obj", CUBE),
+        uploaded(client, "sky.exr", exr(GREY)),
+        uploaded(client, "fire.npz", fire()),
+    )
     answer = client.post("/api/v1/jobs", json={"scene": make_scene(**everything(*ids))})
     assert answer.status_code == 201, answer.text
 

@@ -43,7 +43,10 @@ def camera(kind: str, filter_kind: str, *, lens: bool, sides: int) -> str:
     places = "sequence_at(sample, SEQUENCE_2), sequence_at(sample, SEQUENCE_3), " if lens else ""
     return f"""\
 #define MEDIA_ROUNDINGS {16 + 4 * sides}.f
-{_sequence(4 if lens else 2)}\
+#define SEQUENCE_0 0u
+#define SEQUENCE_1 1u
+#define SEQUENCE_2 2u
+#define SEQUENCE_3 3u
 static inline real filter_offset(const struct world *world, real u) {{
     return filter_{filter_kind}_offset(&world->scene->filter, u);
 }}
@@ -52,15 +55,6 @@ static inline void camera_ray(const struct world *world, real u, real v, uint sa
     camera_{kind}_ray(&world->scene->camera, u, v, {places}anchor, direction, near);
 }}
 """
-
-
-def _sequence(dimensions: int) -> str:
-    """Steps of the R sequence as fractions of 2^32: powers of the reciprocal root of x^(d + 1) = x + 1."""
-    root = 2.0
-    for _ in range(64):
-        root = (1 + root) ** (1 / (dimensions + 1))
-    steps = [round(root ** -(axis + 1) * 2**32) for axis in range(dimensions)]
-    return "".join(f"#define SEQUENCE_{axis} {step}u\n" for axis, step in enumerate(steps))
 
 
 def radiance(lights: Sequence[str]) -> str:

@@ -185,7 +185,7 @@ static inline real volume_constant_density(__constant const struct volume_consta
     return (real)1.f;
 }
 #line 1 "tracking/analytic.h"
-// Free flight in a homogeneous medium: the majorant is σ_t, so all collisions are real.
+// Free flight in a homogeneous medium: the majorant is σ_t, and collisions are real.
 static inline mask free_flight_analytic_collides(real density, real u) { return (mask)-1; }
 #line 1 "tracking/exact.h"
 // Transmittance of a homogeneous medium, exp(-σ_t s): the walk is over in one step.

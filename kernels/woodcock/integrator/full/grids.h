@@ -47,7 +47,7 @@ static inline void grids_step(path *p, const struct world *world, majorant_walk 
     p->transmittance = coefficient_pick(p->transmittance, through, walking);
     walk_pass(p, sigma_t, walk->bound, walking);
 
-    *lost = walking & test(coefficient_max(p->transmittance) <= 0.f);
+    *lost = walking & walk_may_be_cut(p) & test(coefficient_max(p->transmittance) <= 0.f);
     *collided = collide;
     p->medium = pick(p->medium, medium, collide);
     p->tracking = active & ~(out | collide | *lost);

@@ -1,0 +1,181 @@
+"""The page of one render, in a real browser."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from .service import Service
+
+REPORT = {
+    "program_hash": "9f3c2a77b1e04d55",
+    "kinds": {"camera": ["perspective"], "volume": ["constant"]},
+    "seconds": {"read": 0.1, "build": 0.5, "upload": 0.1, "render": 3.0},
+    "rejected_samples": 0,
+    "majorant_violations": 12,
+    "devices": [{"id": "cpu0", "name": "A processor", "lanes": 8, "samples": 64, "render_seconds": 3.0}],
+    "error": [{"seconds": 0.1 * 4**i, "samples": 4**i, "rmse": 0.2 / 2**i} for i in range(4)],
+}
+
+
+def test_a_render_shows_its_progress_and_then_its_report(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    id = service.add(scene_json, "followed")
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".badge")).to_have_text("Queued")
+    for samples in (16, 32):
+        service.advance(id, samples)
+        expect(page.locator(".numbers")).to_have_text(f"{samples} of 64 samples per pixel")
+        expect(page.locator(".stage img")).to_have_attribute("src", re.compile(f"samples={samples}$"))
+    expect(page.locator(".figures")).to_contain_text("8.84 %")
+    expect(page.locator(".explain").first).to_contain_text("0.0442 in the scene’s unit of radiance")
+    expect(page.get_by_text("EXR not yet")).to_be_visible()
+    expect(page).to_have_title("50 % · followed · Woodcock")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    expect(page.locator(".badge")).to_have_text("Done")
+    expect(page.get_by_role("link", name="EXR")).to_be_visible()
+    expect(page.locator(".table").first).to_contain_text("A processor cpu0: 64 samples in 3.0 s, 8 at a time")
+    expect(page.locator(".caution")).to_contain_text("The density exceeded its majorant 12 times")
+    expect(page.locator(".caution")).not_to_contain_text("finite")
+    expect(page.locator("code")).to_have_text("9f3c2a77b1e0")
+    expect(page.get_by_text("perspective")).to_be_visible()
+    expect(page.get_by_role("img", name="The error fell from 0.2 after 0.1 s to 0.025 after 6.4 s.")).to_be_visible()
+
+
+def test_a_picture_without_noise_shows_its_bound(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "shadow")
+    service.advance(id, 64)
+    service.update(id, integrator="transmittance", rmse=3e-7, relative_rmse=None)
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".figures")).to_contain_text("Error at most")
+    expect(page.locator(".figures")).to_contain_text("3.0 × 10⁻⁷")
+    service.update(id, relative_rmse=6e-7)
+    medium = {
+        "kind": "grid",
+        "sigma_t": [5.5],
+        "storage": {"density": {"kind": "half", "error": 0.0005}},
+        "emits": False,
+        "scatters": False,
+        "coloured": False,
+    }
+    device = {**REPORT["devices"][0], "precision": "double", "media": [medium]}  # type: ignore[index]
+    bound = {"largest": 2e-6, "rms": 3e-7}
+    nothing = {"majorant_violations": 0, "error": [], "orders": None}
+    service.finish(id, {**REPORT, **nothing, "deterministic": True, "bound": bound, "devices": [device]})
+    expect(page.locator(".explain").first).to_contain_text("no noise. The error is at most this, root mean square")
+    expect(page.locator(".explain").first).to_contain_text("at most 2.0 × 10⁻⁶ in any pixel")
+    facts = page.locator(".table").first
+    expect(facts).to_contain_text("transmittance without random numbers")
+    expect(facts).to_contain_text("8 at a time, in double precision")
+    expect(page.get_by_text("stored as half, off by 0.05 % of its largest at most")).to_be_visible()
+    expect(page.get_by_role("heading", name="Error over time")).to_have_count(0)
+    expect(page.locator(".caution")).to_have_count(0)
+    page.goto(service.url)
+    expect(page.locator(".card")).to_contain_text("≤ 6.0 × 10⁻⁵ %")
+
+
+def test_a_bound_that_is_not_known_is_not_shown_as_one(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    id = service.add(scene_json, "opaque")
+    service.advance(id, 64)
+    service.update(id, integrator="emission_absorption", rmse=None, relative_rmse=None)
+    service.finish(id, {**REPORT, "deterministic": True, "bound": {"largest": None, "rms": None}, "error": []})
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".figures")).to_contain_text("Error at most–")
+    expect(page.locator(".explain").first).to_contain_text("has no bound")
+
+
+def test_what_the_series_leaves_out_is_shown(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    rest = {"last": 2, "rest": 0.03, "rest_error": 0.001, "norm": 0.5}
+    for bound, shown in ((0.25, "6 % ± 0.2 % of the light at most 50 %"), (None, "6 % ± 0.2 % of the light")):
+        id = service.add(scene_json, "orders")
+        service.advance(id, 64)
+        service.update(id, integrator="volumetric_path")
+        service.finish(id, {**REPORT, "mean_luminance": 0.5, "orders": {**rest, "rest_bound": bound}})
+        page.goto(f"{service.url}/renders/{id}")
+        row = page.locator(".table > div", has_text="After order 2")
+        expect(row.locator("dd")).to_have_text(shown)
+        expect(page.locator(".table").first).to_contain_text("volumetric_path by random paths")
+
+
+def test_a_broken_stream_is_picked_up(
+    service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
+) -> None:
+    id = service.add(scene_json, "followed")
+    service.streams_to_cut = 1
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.get_by_text("The service does not answer.")).to_be_visible()
+    expect(page.get_by_text("The service does not answer.")).to_be_hidden()
+    service.advance(id, 64)
+    service.finish(id)
+    expect(page.locator(".badge")).to_have_text("Done")
+    assert all("ERR_INCOMPLETE_CHUNKED_ENCODING" in line for line in said)
+    said.clear()
+
+
+def test_a_hidden_tab_lets_go_of_its_stream(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "hidden")
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".numbers")).to_have_text("0 of 64 samples per pixel")
+    show = """hidden => {
+        Object.defineProperty(document, "hidden", { value: hidden, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+    }"""
+    page.evaluate(show, True)
+    streams = service.requests.count(("GET", f"/api/v1/jobs/{id}/events"))
+    service.advance(id, 32)
+    page.wait_for_timeout(300)
+    expect(page.locator(".numbers")).to_have_text("0 of 64 samples per pixel")
+    page.evaluate(show, False)
+    expect(page.locator(".numbers")).to_have_text("32 of 64 samples per pixel")
+    assert service.requests.count(("GET", f"/api/v1/jobs/{id}/events")) == streams + 1
+
+
+def test_a_failure_is_told_in_words_and_nothing_runs_as_markup(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    attack = "<img src=x onerror='document.title=1'><script>document.title=2</script>"
+    id = service.add(scene_json, attack)
+    service.update(id, state="failed", error=f"the device ran out of memory {attack}\n\nclFinish: -5")
+    other = service.add(scene_json, "open mesh")
+    service.update(other, state="failed", error=f"sha256:{'0123456789abcdef' * 4}: is not closed")
+    page.goto(service.url)
+    expect(page.locator(".card").first).to_contain_text("sha256:01234567…: is not closed")
+    service.jobs.pop(other)
+    page.goto(service.url)
+    expect(page.locator(".card")).to_contain_text(attack)
+    page.locator(".card").click()
+    expect(page.get_by_role("alert")).to_contain_text(f"the device ran out of memory {attack}")
+    expect(page.get_by_text("clFinish: -5")).to_be_hidden()
+    page.get_by_text("Everything that was said").click()
+    expect(page.get_by_text("clFinish: -5")).to_be_visible()
+    expect(page.get_by_role("heading", level=1)).to_have_text(attack)
+    expect(page.get_by_text("EXR none")).to_be_visible()
+    expect(page).to_have_title(f"{attack} · Woodcock")
+    assert page.locator("img[src=x], main script").count() == 0
+
+
+def test_a_render_that_is_not_there(service: Service, page: Page, said: list[str]) -> None:
+    page.goto(f"{service.url}/renders/nope")
+    expect(page.get_by_role("heading", name="There is no such render")).to_be_visible()
+    page.get_by_role("link", name="All renders").click()
+    expect(page.get_by_role("heading", name="Nothing rendered yet")).to_be_visible()
+    assert all("404" in line for line in said)
+    said.clear()
+
+
+@pytest.mark.parametrize("width", [320, 390, 900, 2560])
+def test_no_width_scrolls_sideways(service: Service, page: Page, scene_json: dict[str, Any], width: int) -> None:
+    id = service.add(scene_json, "w" * 150)
+    service.update(id, state="failed", error="x" * 300)
+    page.set_viewport_size({"width": width, "height": 700})
+    for path, found in (("/", ".card"), (f"/renders/{id}", ".failure")):
+        page.goto(service.url + path)
+        expect(page.locator(found)).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width

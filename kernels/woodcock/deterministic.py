@@ -78,7 +78,7 @@ def film(
     (height, width), (start, stop) = size, samples
     pairs = sums[..., : width * height].astype(np.float64)
     value, bound = ((pairs[:, plane] + pairs[:, plane + 1]).T.reshape(height, width, -1) for plane in (0, 2))
-    stored = value * 2.0**-47 + 2.0**-149  # what a pair of floats leaves of a number
+    stored = value * 2.0**-24 + 2.0**-149  # what a picture of floats leaves of a number
     mean, bound = (np.ldexp(total / (stop - start), exponents) for total in (value, bound + stored))
     count = np.full((height, width), stop - start, np.uint32)
     return Film(count, mean, np.zeros(mean.shape), names, (samples,), rejected, bound=bound)

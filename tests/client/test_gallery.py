@@ -1,4 +1,4 @@
-"""The gallery in a real browser: against the service itself, then its wall against faults that it cannot be asked for."""
+"""The gallery in a real browser: with the service itself, then its wall with faults that it cannot be asked for."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ def test_isothermal_law_in_a_slab(context: Context, lanes: int, precise: bool) -
         assert film.mean[0, 0, 0] == pytest.approx(-2 * np.expm1(-depth), rel=1e-7 if precise else 1e-5)
         assert film.bound is not None
         assert abs(film.mean[0, 0, 0] + 2 * np.expm1(-depth)) <= film.bound[0, 0, 0]
-        assert film.bound[0, 0, 0] <= (1e-10 if precise else 2e-5) * film.mean[0, 0, 0] + 1e-43
+        assert film.bound[0, 0, 0] <= (1e-7 if precise else 2e-5) * film.mean[0, 0, 0] + 1e-43
 
 
 @pytest.mark.parametrize("thickness", [1e-12, 1.0, 1e3, 1e9, 1e30])

@@ -139,7 +139,7 @@ def places(context: Context, numbers: Any) -> Any:
 def test_samples_lie_evenly(context: Context, start: int) -> None:
     """Of 2^k in a row, one lies in every part of a pixel of this area, whatever its shape, and of the lens's axes.
 
-    The first 4^k have their mean in the middle; sample 0 lies there.
+    The mean of the first 4^k is near the middle; sample 0 lies there.
     """
     got = places(context, start + np.arange(1024))
     for k in range(11):
@@ -151,7 +151,7 @@ def test_samples_lie_evenly(context: Context, start: int) -> None:
     if start == 0:
         assert np.all(got[0] == 0.5)
         for n in (4, 16, 64, 256, 1024):
-            assert np.all(np.abs(got[:n].mean(axis=0) - 0.5) < 0.15 / n)
+            assert np.all(np.abs(got[:n].mean(axis=0) - 0.5) < 0.25 / n)
 
 
 def test_samples_are_sobols_scrambled(context: Context) -> None:
@@ -206,7 +206,7 @@ def test_ranges_of_samples_merge(context: Context) -> None:
     assert merged.ranges == whole.ranges
     assert np.allclose(merged.mean, whole.mean, rtol=1e-13, atol=0)
     assert whole.rmse() == pytest.approx(merged.rmse(), rel=1e-6)
-    assert 0 < whole.rmse() < 1e-9
+    assert 0 < whole.rmse() < 2**-23 * whole.mean.max()
 
 
 def test_numbers_reach_the_device_unrounded(context: Context) -> None:
@@ -226,7 +226,7 @@ def test_numbers_reach_the_device_unrounded(context: Context) -> None:
         ({"layers": ["depth"]}, "layers and orders: the integrator transmittance has none"),
         (
             {"volumes": [BOX | {"shape": {"kind": "mesh", "file": "x.ply"}}]},
-            r"volumes\.0\.shape: the integrator transmittance knows boxes and spheres",
+            r"volumes\[0\]\.shape: the integrator transmittance knows boxes and spheres",
         ),
     ],
 )

@@ -1,7 +1,7 @@
 // Even places in place of random ones, in up to four dimensions: Sobol's points (Joe & Kuo's directions, 2008), scrambled
 // as Owen does ("Scrambled net variance for integrals of smooth functions", 1997). A place depends on its sample's number
-// alone. The mean of the first n misses the middle by far less than 1 / n where n is a power of 4, and little otherwise;
-// that of the R sequence, or of points not scrambled, by about 1 / 2n, and edges with it.
+// alone. The mean of the first n places misses the middle by a small part of 1 / n where n is a power of 4; that of the R
+// sequence does by up to 1.4 / n and of points not scrambled by 1 / 2n, which moves every edge by as much.
 
 // Words here are reversed: bit 0 is the half.
 static inline uint sequence_directed(uint sample, uint dimension) {
@@ -28,9 +28,9 @@ static inline uint sequence_scrambled(uint x, uint dimension) {
     return x ^ (x * 0x53a22864u);
 }
 
-// A coordinate in [0, 1) of a sample; sample 0 is the middle, and so of every dimension.
+// A coordinate in [0, 1) of a sample; sample 0 is the middle.
 static inline real sequence_at(uint sample, uint dimension) {
-    // Flipping the same bits of every sample brings sample 0 there, and leaves them as even.
+    // The same bits flipped in every sample bring sample 0 there and leave them as even.
     uint x = sequence_scrambled(sequence_directed(sample, dimension), dimension) ^ sequence_scrambled(0u, dimension) ^ 1u;
     x = (x >> 16u) | (x << 16u);
     x = ((x >> 8u) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8u);

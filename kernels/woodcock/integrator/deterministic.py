@@ -103,7 +103,7 @@ def _check(scene: Scene, integrator: str) -> None:
         raise SceneError(f"layers and orders: the integrator {integrator} has none; volumetric_path does")
     for index, volume in enumerate(scene.volumes):
         if isinstance(volume, ConstantVolume) and isinstance(volume.shape, MeshShape):
-            where = f"volumes.{index}.shape"
+            where = f"volumes[{index}].shape"
             raise SceneError(
                 f"{where}: the integrator {integrator} knows boxes and spheres; volumetric_path, meshes too"
             )

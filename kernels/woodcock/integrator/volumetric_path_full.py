@@ -42,7 +42,7 @@ static inline real phase_eval(const struct world *world, integer medium, vector 
 
 def lay_out(scene: Scene, read: Read) -> Layout:
     """Raises VolumeError, ImageError, SceneError."""
-    volumes = tuple(map(without_deltas, scene.volumes))
+    volumes = tuple(without_deltas(volume, f"volumes[{i}]") for i, volume in enumerate(scene.volumes))
     media = read_media(volumes, read)
     lights = image.read_all(scene.lights)
     bodies = place(scene.surfaces, _meshes(volumes), cache(lambda file: read_mesh(Path(file))))
@@ -187,14 +187,17 @@ def _bounds(corners: Array, space: Space, inside: int) -> dict[str, Any]:
     }
 
 
-def without_deltas(volume: Volume) -> Volume:
-    """The same medium without what its phase function sends straight on, for that is no scattering at all."""
+def without_deltas(volume: Volume, where: str) -> Volume:
+    """The same medium without what its phase function sends straight on, for that is no scattering at all.
+
+    Raises SceneError, which names the volume by `where`.
+    """
     share = delta_fraction(volume.phase)
     if share == 0:
         return volume
     key = "sigma_t" if isinstance(volume, ConstantVolume) else "scale"
     if isinstance(volume, GridVolume) and volume.albedo_grid is not None:
-        raise SceneError("albedo_grid: cannot be used with a phase function that goes straight on (g above 0.9999)")
+        raise SceneError(f"{where}.albedo_grid: cannot go with a phase function that goes straight on (g above 0.9999)")
     sigma_t, albedo = np.broadcast_arrays(getattr(volume, key), volume.albedo)
     kept = 1 - share * albedo
     scattered = np.divide(albedo * (1 - share), kept, out=np.zeros(np.shape(albedo)), where=kept > 0)

@@ -82,16 +82,16 @@ def test_of_every_phase(box: Scene, grid: Grid, picture: Picture, phase: str, si
     "majorant", [{"kind": "global"}, {"kind": "grid", "resolution": 1}, {"kind": "grid", "resolution": 50}], ids=str
 )
 @pytest.mark.parametrize("name", ["sphere", "tilted box", "mesh", "tilted mesh", "trilinear", "nearest", "albedo grid"])
-@pytest.mark.parametrize("sigma", [1e-6, 1, 300, 1e6])
+@pytest.mark.parametrize("sigma", [1e-6, 1, 300, 1e4])
 def test_of_every_volume(
     box: Scene, grid: Grid, tmp_path: Path, picture: Picture, name: str, sigma: float, majorant: Kind
 ) -> None:
-    """Forced out of the loop of the simplest scenes by its majorant; hardly any path gets deep into the densest."""
+    """Hardly any path gets deep into the densest."""
     if majorant["kind"] == "grid" and name not in ("trilinear", "nearest", "albedo grid"):
         pytest.skip("constant media need no majorant")
     box |= {"volumes": [media(grid, tmp_path, sigma)[name]], "majorant": majorant}
     box["film"] = {"width": 16, "height": 16}
-    assert is_white(picture(box, 1 if sigma > 1e3 else 4))
+    assert is_white(picture(box, 1 if sigma > 300 else 4))
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ def hot_grid(grid: Grid, folder: Path, density: np.ndarray, **keys: object) -> K
     """Of one temperature, whatever its density and albedo."""
     temperature = folder / f"kelvin{len(list(folder.iterdir()))}.npy"
     np.save(temperature, np.full((2, 3, 4), 1500, np.float32))
-    return grid(density, emission=HOT | {"kelvin": 2, "file": str(temperature)}, **keys)
+    return grid(density, emission=HOT | {"kelvin": 2, "file": str(temperature), "grid": "density"}, **keys)
 
 
 @pytest.mark.parametrize("walls", ["sky", "wall"])
@@ -58,7 +58,7 @@ def test_of_everything(box: Scene, grid: Grid, tmp_path: Path, picture: Picture,
         "surfaces": surfaces if walls == "sky" else [*surfaces, WALL],
         "lights": [SKY] if walls == "sky" else [],
     }
-    agree((1, picture(box, 256)), expected=B)
+    agree((1, picture(box, 128)), expected=B)
 
 
 @pytest.mark.slow

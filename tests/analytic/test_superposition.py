@@ -66,8 +66,8 @@ def media(grid: Grid) -> dict[str, Kind]:
 
 def test_of_all_lights(box: Scene, tmp_path: Path, picture: Picture, media: dict[str, Kind]) -> None:
     first, second = list(LIGHTS)[::2], list(LIGHTS)[1::2]
-    films = [picture(lit(box, tmp_path, media["constant"], *names), 1024) for names in (LIGHTS, first, second)]
-    agree((1, films[0]), (-1, films[1]), (-1, films[2]), within=0.006)
+    films = [picture(lit(box, tmp_path, media["constant"], *names), 512) for names in (LIGHTS, first, second)]
+    agree((1, films[0]), (-1, films[1]), (-1, films[2]), within=0.008)
 
 
 @pytest.mark.slow

@@ -22,8 +22,7 @@ ABOVE, FRONT = (1.8, 1.4, -3.6), (0, 0.3, -4.5)
 class Case:
     """scene: JSON, its files as `inputs` names them; mitsuba: what Mitsuba's scene holds beside its camera.
 
-    samples: of a pixel, in Mitsuba; ours: as many as make our noise no more than its; few: enough for what is plainly
-    wrong. Without noise it takes more of them, for nothing then tells how well places in a pixel stand for all of it.
+    samples: of a pixel, in Mitsuba; ours: as many as make our noise no more than its.
     """
 
     name: str
@@ -33,7 +32,6 @@ class Case:
     integrator: str = "volpath"
     samples: int = 8192
     ours: int = 4096
-    few: int = 64
 
 
 def perspective(origin: Any = ABOVE, target: Any = (0, 0, 0), **keys: Any) -> dict[str, Any]:

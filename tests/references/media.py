@@ -196,6 +196,5 @@ MEDIA = [
             "sky": m.sky(),
         },
         integrator="volpathmis",
-        few=1024,
     ),
 ]

@@ -156,13 +156,13 @@ def tabulated(values: Sequence[float]) -> Described:
 
 
 def draine(g: float, alpha: float) -> Described:
-    """Draine (2003), eq. 13, without its norm: Mitsuba normalises tables."""
+    """Draine (2003) without its norm: Mitsuba normalises tables."""
     cosine = np.linspace(-1, 1, NODES)
     return tabulated(((1 + alpha * cosine**2) / (1 + g**2 - 2 * g * cosine) ** 1.5).tolist())
 
 
 def mie(d: float) -> Described:
-    """Jendersie & d'Eon (2023), eqs. 4 to 7, for diameters from 5 to 50 µm; the peak needs no table."""
+    """Jendersie & d'Eon (2023), eqs. 7 to 10, for diameters from 5 to 50 µm; the peak needs no table."""
     peak = math.exp(-0.0990567 / (d - 1.67154))
     g, alpha = math.exp(-2.20679 / (d + 3.91029) - 0.428934), math.exp(3.62489 - 8.29288 / (d + 5.52825))
     return blend(math.exp(-0.599085 / (d - 0.641583) - 0.665888), draine(g, alpha), hg(peak))

@@ -28,6 +28,8 @@ SYSTEMATIC = 5e-4
 #: A pixel is compared by itself where both know it this well, relative: else its mean is not normal yet.
 KNOWN = 0.05
 BLOCK = 8
+#: Samples that show what is plainly wrong.
+FEW = 64
 
 by_name = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 
@@ -101,7 +103,7 @@ def check(case: Case, film: Film, single: bool) -> None:
 @by_name
 def test_few_samples(case: Case, folder: Path, device: Device) -> None:
     """Enough for the mean and for blocks of pixels: what is plainly wrong."""
-    check(case, rendered(case, folder, device, case.few), single=False)
+    check(case, rendered(case, folder, device, FEW), single=False)
 
 
 @pytest.mark.slow

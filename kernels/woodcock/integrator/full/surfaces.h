@@ -30,7 +30,7 @@ static inline mask surfaces_meet(surface_state *s, path *p, const struct world *
     p->length = pick(p->length, p->length - p->end, pass & test(p->length < 1e30f));
     p->inside = pick(p->inside, p->inside ^ integer_as_word(surface_media(world, at.surface)), pass);
     p->fresh |= pass;
-    p->asked &= ~pass;
+    p->asked &= ~pass | p->walking;  // a flight's next segment has a vertex of its own, but not because of its walk
     *lost |= met & ~pass & p->walking;
     mask vertex = met & ~pass & ~p->walking;
     if (some(vertex)) {

@@ -69,7 +69,7 @@ def test_positions_are_in_the_scene_s_own_units(box: Box, picture: Picture) -> N
     """However large or far from the origin the scene is."""
     at, size = np.array([1e4, -2e4, 3e4]), 1e3
     box["camera"] |= {
-        "origin": (at + [0, 0, -size]).tolist(), "target": at.tolist(), "height": size,
+        "origin": (at - np.array([0, 0, size])).tolist(), "target": at.tolist(), "height": size,
     }  # fmt: skip
     wall = WALL | {
         "to_world": [[size, 0, 0, at[0]], [0, -size, 0, at[1]], [0, 0, -1, at[2]], [0, 0, 0, 1]],

@@ -1,5 +1,5 @@
-"""Light and camera exchanged: what a body in a beam sends along a view of all of it, summed over the picture, is the same
-where beam and view change places, whatever is in it."""
+"""Light and camera exchanged: what a body in a beam sends along a view of all of it, summed over the picture, is the
+same where beam and view change places, whatever is in it."""
 
 from __future__ import annotations
 

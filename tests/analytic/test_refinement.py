@@ -20,6 +20,7 @@ from tests.analytic.scenes import (
     cuboid,
     noise,
     random_walk,
+    rectangle,
     same,
 )
 
@@ -106,7 +107,7 @@ def test_two_media_are_a_mixture(box: Scene, grid: Grid, picture: Picture, kind:
     apart = [medium(0.25, 0.4, BACK), medium(0.75, 0.9, LOBE)]
     components = [{"weight": 0.25 * 0.4, "phase": BACK}, {"weight": 0.75 * 0.9, "phase": LOBE}]
     together = medium(1, 0.25 * 0.4 + 0.75 * 0.9, {"kind": "mixture", "components": components})
-    same(picture(lit(box, *apart), 512), picture(lit(box, together), 512))
+    same(picture(lit(box, *apart), 512), picture(lit(box, together), 512), within=0.005)
 
 
 @pytest.mark.slow
@@ -132,6 +133,17 @@ def test_a_box_by_its_matrix_or_its_faces(box: Scene, tmp_path: Path, picture: P
     other = {"kind": "mesh", "file": cube_mesh(tmp_path)} if shape == "mesh" else turned
     reference = picture(lit(box, constant(cuboid(), 3, 0.9, phase=LOBE)), 512)
     same(picture(lit(box, constant(other, 3, 0.9, phase=LOBE)), 512), reference)
+
+
+def test_index_matched_surfaces_are_nothing(box: Scene, picture: Picture) -> None:
+    """Between a medium and its lights, of all estimators: by chance, by samples, and by equal angles around a point."""
+    lamp = {"kind": "emissive", "radiance": 3, "two_sided": True}
+    scene = lit(box, constant(cuboid(), 2, 0.9, phase=LOBE))
+    scene["lights"].append({"kind": "point", "position": [1.3, 0.2, 0.3], "intensity": 1})
+    scene["surfaces"] = [rectangle([0.4, 0, 0], [0, 0.4, 0], [0.5, 0.5, 1.3], lamp)]
+    reference = picture(scene, 1024)
+    nothing: list[Kind] = [{**ball(radius=radius), "material": {"kind": "null"}} for radius in (0.3, 0.4, 0.75)]
+    same(picture(scene | {"surfaces": scene["surfaces"] + nothing}, 1024), reference, within=0.004)
 
 
 # Light that goes straight on

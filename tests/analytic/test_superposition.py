@@ -27,7 +27,7 @@ from tests.analytic.scenes import (
 #: Point lights stand clear of media and surfaces: next to them one sample may be arbitrarily bright.
 LIGHTS: dict[str, Kind] = {
     "point": {"kind": "point", "position": [-0.4, 0.6, -0.3], "intensity": [1, 2, 3]},
-    "second point": {"kind": "point", "position": [1.3, 1.4, 0.3], "intensity": 2},
+    "second point": {"kind": "point", "position": [1.4, -0.3, 0.3], "intensity": 2},
     "spot": {"kind": "spot", "position": [0.5, -0.6, 0.2], "target": [0.5, 0.5, 0.5], "intensity": 4, "cutoff": 35},
     "directional": {"kind": "directional", "direction": [1, 1, 1], "irradiance": 2},
     "sun": {"kind": "sun", "direction": [-1, 0.5, 1], "irradiance": [2, 1, 1], "angular_radius": 20},
@@ -90,7 +90,7 @@ def test_twice_a_light_is_twice_as_bright(
         pytest.skip("no light of its own")
     once, (light,) = picture(scene, 1024), scene["lights"]
     scene["lights"] = [light, light]
-    agree((2, once), (-1, picture(scene, 1024)), within=0.01)
+    agree((2, once), (-1, picture(scene, 1024)), within=0.02)
 
 
 @pytest.mark.slow

@@ -79,7 +79,7 @@ def scene_file(tmp_path: Path, scene_json: dict[str, Any]) -> Path:
 # The browser
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # while it lives its event loop runs in this thread, and no other can
 def browser() -> Iterator[Browser]:
     chromium = shutil.which("chromium")
     if chromium is None:

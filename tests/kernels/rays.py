@@ -132,8 +132,6 @@ def _layout(
 #: In place of `deterministic_text.camera`: the ray of a pixel, whatever the sample.
 PLACES = """\
 #define MEDIA_ROUNDINGS (16.f + 4.f * {sides}.f)
-#define SEQUENCE_0 3242174889u
-#define SEQUENCE_1 2447445414u
 static inline real filter_offset(const struct world *world, real u) {{
     return filter_box_offset(&world->scene->filter, u);
 }}

@@ -10,8 +10,8 @@ typedef struct {
 
 static inline camera_path camera_path_of(const struct world *world, integer x, integer y, uint sample) {
     camera_path ray;
-    real u = to_real(x) + 0.5f + filter_offset(world, sequence_at(sample, SEQUENCE_0));
-    real v = to_real(y) + 0.5f + filter_offset(world, sequence_at(sample, SEQUENCE_1));
+    real u = to_real(x) + 0.5f + filter_offset(world, sequence_at(sample, 0u));
+    real v = to_real(y) + 0.5f + filter_offset(world, sequence_at(sample, 1u));
     const number width = world->scene->film.width, height = world->scene->film.height;
     camera_ray(world, u / width, v / height, sample, &ray.anchor, &ray.direction, &ray.near);
     return ray;

@@ -40,13 +40,9 @@ def files(media: Sequence[Medium], *, grey: bool) -> tuple[str, ...]:
 
 def camera(kind: str, filter_kind: str, *, lens: bool, sides: int) -> str:
     """Camera rays and filters. sides: the most voxels that a grid has along an axis."""
-    places = "sequence_at(sample, SEQUENCE_2), sequence_at(sample, SEQUENCE_3), " if lens else ""
+    places = "sequence_at(sample, 2u), sequence_at(sample, 3u), " if lens else ""
     return f"""\
 #define MEDIA_ROUNDINGS {16 + 4 * sides}.f
-#define SEQUENCE_0 0u
-#define SEQUENCE_1 1u
-#define SEQUENCE_2 2u
-#define SEQUENCE_3 3u
 static inline real filter_offset(const struct world *world, real u) {{
     return filter_{filter_kind}_offset(&world->scene->filter, u);
 }}

@@ -118,7 +118,7 @@ def test_hostile_headers(tmp_path: Path) -> None:
         "4 values a voxel, along axis 0": header("dimension: 4", "sizes: 4 2 2 2") + VALUES,
         "has four axes, of which one alone": header("dimension: 4", "sizes: 2 2 2 2", "kinds: list list list list")
         + VALUES,
-        "more than the 1073741824": header("sizes: 99999 99999 99999") + VALUES,
+        "more than the 8589934592": header("sizes: 99999 99999 99999") + VALUES,
         "its header announces 240 bytes of values, 239 follow": header() + VALUES[:-1],
         "its header announces 240 bytes of values, 231 follow": header("byte skip: 9") + VALUES,
         "which cannot be right": header("byte skip: -2") + VALUES,

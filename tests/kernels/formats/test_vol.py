@@ -61,7 +61,7 @@ def test_what_is_no_volume_is_refused(tmp_path: Path) -> None:
         "holds values of type 4;": encode(values, 4),
         "holds 4 × 3 × 2 voxels of 2 channels": encode(np.zeros((2, 3, 4, 2), "<f4"), 1),
         "holds -1 × 3 × 2 voxels of 1 channels": good[:8] + b"\xff" * 4 + good[12:],
-        "more than the 1073741824": good[:8] + struct.pack("<3i", *[1 << 30] * 3) + good[20:],
+        "more than the 8589934592": good[:8] + struct.pack("<3i", *[1 << 30] * 3) + good[20:],
         "it must have a volume": encode(values, 1, (0, 0, 0, 1, 0, 1)),
         " it must have a volume": encode(values, 1, (0, 0, 0, 1, np.nan, 1)),
     }

@@ -11,7 +11,6 @@ from tests.kernels.device_code import literal
 
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
-from woodcock.layout import Record
 from woodcock.volume.text import Composed
 
 Floats = NDArray[np.float32]
@@ -29,7 +28,7 @@ def ask(
     extra: str = "",
 ) -> Floats:
     """The expressions' values; they see `world`, with the composed media in it, and the point p = (x, y, z)."""
-    records = [Record(*numbers) for numbers in composed.records]
+    records = composed.records
     structs = {}
     for record in records:
         members = " ".join(f"{ctype} {name};" for name, ctype in record.fields.items())

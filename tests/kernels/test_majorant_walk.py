@@ -178,7 +178,7 @@ def test_tentative_collisions_come_at_the_majorants_rate(context: Context, major
         lambda file, name: grid_of(random.random((9, 8, 7)).astype(np.float32)),
     )
     composed = compose(media, Space(), majorant)
-    tracking, record = composed.records[0].values, Record(*composed.records[1])
+    tracking, record = composed.records[0].values, composed.records[1]
     count = 1 << 16
     buffers = {"bounds": composed.buffers["majorant_grid_bounds"].array()} if majorant.kind == "grid" else {}
     given = "&numbers, bounds, " if buffers else "&numbers, "

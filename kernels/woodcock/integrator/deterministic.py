@@ -53,7 +53,7 @@ def lay_out(scene: Scene, read: Read, integrator: str) -> Layout:
         ),
         Record("filter", scene.film.filter.kind, "filter", filter_.FIELDS, filter_.record(scene.film.filter)),
         Record("integrator", "", "integrator", {"tolerance": "float"}, {"tolerance": tolerance}),
-        *(Record(*numbers) for numbers in composed.records if numbers.concept not in ("tracking", "majorant")),
+        *(record for record in composed.records if record.concept not in ("tracking", "majorant")),
         *lights,
     ]
     for index, volume in enumerate(scene.volumes):

@@ -83,7 +83,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         records=(
             *_frame(scene, space),
             Record("bounds", "", "bounds", BOUNDS, _bounds(corners, space, inside)),
-            *(Record(*numbers) for numbers in composed.records),
+            *composed.records,
             *_shapes(volumes, space),
             *phase.records,
             *shining,

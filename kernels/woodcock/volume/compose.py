@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from woodcock.layout import Record
 from woodcock.majorant import grid as majorant_grid
 from woodcock.scene import GridMajorant, Majorant
 from woodcock.space import Space
 from woodcock.volume.field import CHUNK, Buffer
 from woodcock.volume.media import Medium, corners
-from woodcock.volume.text import Composed, Numbers, Writer
+from woodcock.volume.text import Composed, Writer
 
 TRACKING = {"to_local": "affine", "size": "vector3"}
 
@@ -62,7 +63,7 @@ def _tracking(composed: Composed, grids: Sequence[Medium], space: Space, majoran
         size = np.ldexp(high - low, -space.length_exponent)
         to_local = np.hstack([np.eye(3), -space.point(low)[:, None]])
     box = {"to_local": to_local, "size": size}
-    composed.records.append(Numbers("tracking", "", "tracking", TRACKING, box))
+    composed.records.append(Record("tracking", "", "tracking", TRACKING, box))
 
     values: Mapping[str, Any]
     if isinstance(majorant, GridMajorant):
@@ -81,4 +82,4 @@ def _tracking(composed: Composed, grids: Sequence[Medium], space: Space, majoran
         kind = importlib.import_module("woodcock.majorant.global")
         composed.use("majorant", "global", "majorant/global_walk.h")
         fields, values = kind.FIELDS, kind.record(float(sum(medium.bound.max() for medium in grids)), space)
-    composed.records.append(Numbers("majorant", majorant.kind, "majorant", fields, values))
+    composed.records.append(Record("majorant", majorant.kind, "majorant", fields, values))

@@ -6,26 +6,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from woodcock.emission import blackbody, constant
 from woodcock.emission import grid as emission_grid
+from woodcock.layout import Record
 from woodcock.scene import BlackbodyEmission, ConstantEmission, ConstantVolume, GridEmission, GridVolume
 from woodcock.space import Array, Space
 from woodcock.volume.field import FIELDS, Buffer, Field
 from woodcock.volume.media import Medium
-
-
-class Numbers(NamedTuple):
-    """A record; its struct is called `<concept>_<kind>`, or `<concept>` where there is no kind."""
-
-    concept: str
-    kind: str
-    member: str
-    fields: Mapping[str, str]
-    values: Mapping[str, Any]
 
 
 @dataclass
@@ -34,7 +25,7 @@ class Composed:
     and before `struct world`; text: after it; facts: for the report."""
 
     kinds: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    records: list[Numbers] = field(default_factory=list)
+    records: list[Record] = field(default_factory=list)
     buffers: dict[str, Buffer] = field(default_factory=dict)
     files: list[str] = field(default_factory=list)
     text: str = ""
@@ -223,7 +214,7 @@ class Writer:
     def _record(
         self, concept: str, kind: str, member: str, fields: Mapping[str, str], values: Mapping[str, Any]
     ) -> None:
-        self.composed.records.append(Numbers(concept, kind, member, fields, values))
+        self.composed.records.append(Record(concept, kind, member, fields, values))
 
     def _of(self, part: str) -> str:
         return f"&world->scene->{self.name}_{part}_field"

@@ -58,6 +58,9 @@ def furniture(folder: Path) -> list[Kind]:
     ]  # fmt: skip
 
 
+MAJORANTS: list[Kind] = [{"kind": "global"}, {"kind": "grid", "resolution": 1}, {"kind": "grid", "resolution": 50}]
+
+
 @pytest.mark.parametrize(
     "majorant", [{"kind": "global"}, pytest.param({"kind": "grid", "resolution": 6}, marks=pytest.mark.slow)], ids=str
 )
@@ -79,16 +82,18 @@ def test_of_every_phase(box: Scene, grid: Grid, picture: Picture, phase: str, si
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "majorant", [{"kind": "global"}, {"kind": "grid", "resolution": 1}, {"kind": "grid", "resolution": 50}], ids=str
+    ("name", "majorant"),
+    [
+        *((name, {"kind": "global"}) for name in ("sphere", "tilted box", "mesh", "tilted mesh")),
+        *((name, majorant) for name in ("trilinear", "nearest", "albedo grid") for majorant in MAJORANTS),
+    ],
+    ids=str,
 )
-@pytest.mark.parametrize("name", ["sphere", "tilted box", "mesh", "tilted mesh", "trilinear", "nearest", "albedo grid"])
 @pytest.mark.parametrize("sigma", [1e-6, 1, 300, 1e4])
 def test_of_every_volume(
     box: Scene, grid: Grid, tmp_path: Path, picture: Picture, name: str, sigma: float, majorant: Kind
 ) -> None:
     """Hardly any path gets deep into the densest."""
-    if majorant["kind"] == "grid" and name not in ("trilinear", "nearest", "albedo grid"):
-        pytest.skip("constant media need no majorant")
     box |= {"volumes": [media(grid, tmp_path, sigma)[name]], "majorant": majorant}
     box["film"] = {"width": 16, "height": 16}
     assert is_white(picture(box, 1 if sigma > 300 else 4))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.kernels.media_code import ask
 
+from woodcock.deterministic import lanes_of
 from woodcock.device import Context
 from woodcock.emission import blackbody, grid
 from woodcock.formats import Grid, VolumeError
@@ -79,8 +80,7 @@ WORDS = "words w = {(word)0u, (word)0x80000400u, (word)0x80000000u, (word)0u};"
 
 @pytest.mark.parametrize("precise", [False, True])
 def test_one_grid_with_an_albedo_grid_and_temperatures(context: Context, lanes: int, precise: bool) -> None:
-    if precise and lanes > 4:
-        pytest.skip("doubles are twice as wide")
+    lanes = lanes_of(lanes, precise=precise)
     (medium,) = media = media_of(
         {
             "kind": "grid",

@@ -116,22 +116,25 @@ def _words(value: Any, ctype: str, channels: int) -> NDArray[np.uint32]:
 
 
 def instances(
-    concept: str, members: Iterable[tuple[str, Any]], space: Space
+    concept: str, members: Iterable[tuple[str, Any]], *given: Space
 ) -> tuple[list[Record], dict[str, NDArray[np.generic]]]:
-    """Records of models, each under its member's name, and their kinds' buffers, shared by a kind's instances."""
+    """Records of models, each under its member's name, and their kinds' buffers, shared by a kind's instances.
+
+    given: what the kinds' `record` takes after the model.
+    """
     records: list[Record] = []
     chunks: dict[str, list[NDArray[np.generic]]] = {}
     for member, model in members:
         kind = module(concept, model.kind)
         if not hasattr(kind, "BUFFERS"):
-            values = kind.record(model, space)
+            values = kind.record(model, *given)
         else:
             offsets = {}
             for name, array in kind.buffers(model).items():
                 held = chunks.setdefault(f"{concept}_{model.kind}_{name}", [])
                 offsets[name] = sum(chunk.size for chunk in held)
                 held.append(array)
-            values = kind.record(model, space, offsets)
+            values = kind.record(model, *given, offsets)
         records.append(Record(concept, model.kind, member, kind.FIELDS, values))
     return records, {name: np.concatenate(arrays) for name, arrays in chunks.items()}
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from woodcock.layout import Record, module
+from woodcock.layout import Record, instances, module
 from woodcock.phase import mixture, two_lobe
 from woodcock.phase.henyey_greenstein import NARROWEST
 from woodcock.scene import HenyeyGreensteinPhase, IsotropicPhase, MixturePhase, Phase, TwoLobePhase
@@ -37,38 +37,19 @@ class PhaseCode:
 
 def compose(phases: Sequence[Phase]) -> PhaseCode:
     """The code for media by index; equal phase functions become one instance."""
-    instances = list(dict.fromkeys(phases))
-    members = [(f"phase_{i}", phase) for i, phase in enumerate(instances)]
+    different = list(dict.fromkeys(phases))
+    members = [(f"phase_{i}", phase) for i, phase in enumerate(different)]
     parts: list[tuple[str, Phase]] = []
     for member, phase in members:
         parts.append((member, phase))
         if isinstance(phase, MixturePhase):
             parts += [(f"{member}_{i}", component.phase) for i, component in enumerate(phase.components)]
-    records, buffers = _records(parts)
+    records, buffers = instances("phase", parts)
     text = [_mixture(member, phase) for member, phase in members if isinstance(phase, MixturePhase)]
-    media = [[i for i, other in enumerate(phases) if other == phase] for phase in instances]
+    media = [[i for i, other in enumerate(phases) if other == phase] for phase in different]
     text.append(_dispatch(members, media))
     kinds = tuple(dict.fromkeys(phase.kind for _, phase in parts))
-    return PhaseCode(kinds, records, buffers, "".join(text))
-
-
-def _records(parts: list[tuple[str, Phase]]) -> tuple[tuple[Record, ...], Arrays]:
-    """Records under their members' names, and each kind's buffers, which its instances share."""
-    records: list[Record] = []
-    buffers: Arrays = {}
-    for member, phase in parts:
-        kind = module("phase", phase.kind)
-        if hasattr(kind, "BUFFERS"):
-            offsets = {}
-            for name, array in kind.buffers(phase).items():
-                held = buffers.get(f"phase_{phase.kind}_{name}", array[:0])
-                offsets[name] = held.size
-                buffers[f"phase_{phase.kind}_{name}"] = np.concatenate([held, array])
-            values = kind.record(phase, offsets)
-        else:
-            values = kind.record(phase)
-        records.append(Record("phase", phase.kind, member, kind.FIELDS, values))
-    return tuple(records), buffers
+    return PhaseCode(kinds, tuple(records), buffers, "".join(text))
 
 
 def _call(member: str, phase: Phase, verb: str, arguments: str) -> str:

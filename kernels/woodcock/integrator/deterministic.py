@@ -37,8 +37,7 @@ def lay_out(scene: Scene, read: Read, integrator: str) -> Layout:
     points = np.concatenate([_corners(medium) for medium in media])
     space = Space.around(points, _strongest(shining, media, points))
     grey = all(medium.grey for medium in media)
-    pictures = [light for light in shining if isinstance(light, image.Picture)]
-    many = any(medium.coloured for medium in media) or any(image.is_coloured(picture) for picture in pictures)
+    many = any(medium.coloured for medium in media) or any(map(image.is_coloured, shining))
     channels = 3 if coloured(scene) or many else 1
     composed = compose(media, space, GlobalMajorant())
     lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(shining)), space)

@@ -15,7 +15,6 @@ from woodcock.integrator.full import parts, series
 from woodcock.layers import layer_names
 from woodcock.layout import Kinds, Layout, Read, Record, coloured, instances, module
 from woodcock.light import image
-from woodcock.light.image import Picture
 from woodcock.material.emissive import power
 from woodcock.phase.compose import compose as compose_phases
 from woodcock.phase.compose import delta_fraction, without_delta
@@ -48,7 +47,8 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     bodies = place(scene.surfaces, _meshes(volumes), cache(lambda file: read_mesh(Path(file))))
     corners = _corners(media, bodies)
     space = Space.around(corners, _strongest(scene, lights, media, corners))
-    channels = 3 if coloured(scene) or _holds_colours(media, lights) else 1
+    many = any(medium.coloured for medium in media) or any(map(image.is_coloured, lights))
+    channels = 3 if coloured(scene) or many else 1
 
     composed = compose_media(media, space, scene.majorant)
     surfaces = compose_surfaces(build(bodies, space), space, channels) if bodies else None
@@ -126,12 +126,6 @@ def _frame(scene: Scene, space: Space) -> list[Record]:
         Record("camera", scene.camera.kind, "camera", camera.FIELDS, values),
         Record("filter", scene.film.filter.kind, "filter", filter_.FIELDS, filter_.record(scene.film.filter)),
     ]
-
-
-def _holds_colours(media: Sequence[Medium], lights: Sequence[Any]) -> bool:
-    """Do files of the scene hold any?"""
-    pictures = (light for light in lights if isinstance(light, Picture))
-    return any(medium.coloured for medium in media) or any(map(image.is_coloured, pictures))
 
 
 def _meshes(volumes: Sequence[Volume]) -> list[tuple[int, MeshShape]]:

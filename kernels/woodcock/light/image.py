@@ -77,9 +77,11 @@ def read_all(lights: Sequence[Light]) -> list[Light | Picture]:
     return [read(light) if isinstance(light, ImageLight) else light for light in lights]
 
 
-def is_coloured(picture: Picture) -> bool:
-    """Does it need three channels: by the picture's colours or by the scale's?"""
-    return picture.texels.shape[2] == 3 or isinstance(picture.light.scale, tuple)
+def is_coloured(light: Light | Picture) -> bool:
+    """Is it a picture that needs three channels: by its colours or by the scale's?"""
+    if not isinstance(light, Picture):
+        return False
+    return light.texels.shape[2] == 3 or isinstance(light.light.scale, tuple)
 
 
 def strength(picture: Picture) -> Array:

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests import statistics
+from tests.statistics import SIGNIFICANCE as SIGNIFICANCE
 
 from woodcock.device import Context, Device, find
 from woodcock.film import Film
@@ -17,10 +19,16 @@ from woodcock.probe import probe
 from woodcock.render import Renderer
 from woodcock.scene import Scene, parse
 
-#: Statistical tests fail by chance with this probability each at most; seeds are fixed, so they do not in CI.
-SIGNIFICANCE = 1e-6
-
 Picture = Callable[..., Film]
+Rng = Callable[[int], np.random.Generator]
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """More comparisons than the level of each was made for are a failure."""
+    if len(statistics.COMPARISONS) > statistics.FAMILY and not statistics.FRESH:
+        made = f"{len(statistics.COMPARISONS)} statistical comparisons were made"
+        print(f"\n{made}, but FAMILY in tests/statistics.py is {statistics.FAMILY}: raise it")
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -47,12 +55,19 @@ def context(device: Device) -> Context:
 
 @pytest.fixture(scope="session")
 def picture(device: Device) -> Picture:
-    """Renders samples [0, n) of a scene given as its JSON's Python."""
+    """Renders samples [0, n) of a scene given as its JSON's Python; a calibration run replaces the scene's seed."""
 
     def render(scene: dict[str, Any], samples: int, lanes: int | None = None) -> Film:
+        scene = scene | {"seed": statistics.seed(scene.get("seed", 0))}
         return Renderer(described(scene), device, lanes=lanes).render(0, samples)
 
     return render
+
+
+@pytest.fixture
+def rng() -> Rng:
+    """Random numbers for samples, by a seed that a calibration run replaces; inputs take numpy's own generator."""
+    return lambda seed: np.random.default_rng(statistics.seed(seed))
 
 
 def described(scene: dict[str, Any]) -> Scene:
@@ -98,15 +113,18 @@ def grid(tmp_path: Path) -> Callable[..., dict[str, Any]]:
 
 
 def z_score(film: Film, expected: Any) -> float:
-    """How many standard errors the picture's mean lies off that of the expected values (a number or a picture)."""
+    """How many standard errors a grey picture's mean lies off that of the expected values (a number or a picture)."""
+    assert film.mean.shape[-1] == 1, "channels share their paths: compare them one by one"
     error = math.sqrt(float(film.variance().sum())) / film.mean.size
     return (float(film.mean.mean()) - float(np.mean(expected))) / error
 
 
 @pytest.fixture(scope="session")
 def agrees() -> Callable[[Film, Any], bool]:
-    """Is the picture's mean that of the expected values, at SIGNIFICANCE?"""
-    from scipy.stats import norm
+    """Is the picture's mean that of the expected values? If it is not, this says so itself."""
 
-    limit = float(norm.isf(SIGNIFICANCE / 2))
-    return lambda film, expected: abs(z_score(film, expected)) < limit
+    def check(film: Film, expected: Any) -> bool:
+        statistics.accept_z(z_score(film, expected))
+        return True
+
+    return check

@@ -118,3 +118,13 @@ def test_tone_map_survives_anything() -> None:
     assert mapped.shape == (1, 6, 3)
     assert ((mapped >= 0) & (mapped <= 1)).all()
     assert (tone_map(np.zeros((2, 2, 1))) == 0).all()
+
+
+def test_previews_show_colours_as_they_are(tmp_path: Path) -> None:
+    """A red pixel, a green one and a blue one, in that order."""
+    write_preview(
+        tmp_path / "p.png", Film(np.ones((1, 3), np.uint32), np.eye(3)[None], np.eye(3)[None], ("R", "G", "B"))
+    )
+    layers, _ = read_exr(tmp_path / "p.png")
+    shown = np.stack([layers[name][0] for name in "RGB"])
+    assert np.array_equal(shown > 0.5, np.eye(3, dtype=bool))

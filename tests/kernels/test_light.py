@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chisquare
-from tests.conftest import SIGNIFICANCE
+from tests.conftest import Rng
 from tests.kernels.device_code import call
+from tests.statistics import accept_counts, accept_mean
 
 from woodcock.device import Context
 from woodcock.layout import module
@@ -57,14 +57,14 @@ def test_directional(context: Context, lanes: int) -> None:
 
 
 @pytest.mark.parametrize("radius", [0.001, 0.2665, 60])
-def test_sun_samples(context: Context, lanes: int, radius: float) -> None:
+def test_sun_samples(context: Context, lanes: int, radius: float, rng: Rng) -> None:
     """Samples fill the disk evenly in solid angle, and the weight is radiance over density."""
     light, kind, n = (
         SunLight(direction=(3, -4, 12), irradiance=7, angular_radius=radius),
         module("light", "sun"),
         1 << 14,
     )
-    u, v = np.random.default_rng(6).random((2, n), dtype=np.float32)
+    u, v = rng(6).random((2, n), dtype=np.float32)
     body = "light_sample s; light_sun_sample(kind, vector_of(u, u, u), u, v, &s);"
     got = call(
         context, "light", light, kind.record(light, SPACE), body, [*SAMPLE, "s.weight"], {"u": u, "v": v}, lanes
@@ -79,15 +79,15 @@ def test_sun_samples(context: Context, lanes: int, radius: float) -> None:
     assert np.allclose(weight * pdf, kind.strength(light), rtol=1e-6)
     # On a surface that faces the middle the samples add up to the irradiance.
     middle = kind.towards(light)
-    assert np.mean(weight * (middle @ towards)) == pytest.approx(7, rel=5 * alpha**2 / np.sqrt(n) + 1e-6)
+    accept_mean(weight * (middle @ towards), 7, "irradiance", allowed=7e-6)
 
     # Float32 directions are off by 6e-8, which the smallest disk sees enlarged: two bins fewer at its edge.
     versine = ((towards - middle[:, None]) ** 2).sum(axis=0) / 2 / (solid_angle / (2 * np.pi))
     assert versine.max() < 1 + 2e-7 / alpha
-    assert chisquare(np.histogram(versine.clip(0, 1), bins=16, range=(0, 1))[0]).pvalue > SIGNIFICANCE
+    accept_counts(np.histogram(versine.clip(0, 1), bins=16, range=(0, 1))[0], what="versine")
     across = np.cross(middle, [0, 0, 1]) / np.linalg.norm(np.cross(middle, [0, 0, 1]))
     azimuth = np.arctan2(np.cross(middle, across) @ towards, across @ towards)
-    assert chisquare(np.histogram(azimuth, bins=16, range=(-np.pi, np.pi))[0]).pvalue > SIGNIFICANCE
+    accept_counts(np.histogram(azimuth, bins=16, range=(-np.pi, np.pi))[0], what="azimuth")
 
 
 @pytest.mark.parametrize("radius", [0.001, 0.2665, 60])

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
 import pytest
-from scipy.stats import chisquare
-from tests.conftest import SIGNIFICANCE
+from tests.conftest import Rng
 from tests.kernels.device_code import call
+from tests.statistics import accept_counts, accept_mean
 
 from woodcock.device import Context
 from woodcock.image import ImageError
@@ -89,11 +89,11 @@ def test_lookup_and_density(context: Context, lanes: int, name: str) -> None:
 
 
 @pictures
-def test_samples(context: Context, lanes: int, name: str) -> None:
+def test_samples(context: Context, lanes: int, name: str, rng: Rng) -> None:
     """A sample's weight times its density is the radiance there; samples follow the density; energy is all there."""
     sky, channels = PICTURES[name]
     n = 1 << 15
-    u, v = np.random.default_rng(11).random((2, n), dtype=np.float32)
+    u, v = rng(11).random((2, n), dtype=np.float32)
     u[:4], v[:4] = [0, 1 - 2.0**-24, 0, 1 - 2.0**-24], [0, 0, 1 - 2.0**-24, 1 - 2.0**-24]
     body = f"""light_sample s; light_image_sample(kind, {BUFFERS}, vector_of(u, u, u), u, v, &s);
     spectrum there = light_image_radiance(kind, {BUFFERS}, s.towards);"""
@@ -128,12 +128,11 @@ def test_samples(context: Context, lanes: int, name: str) -> None:
     observed, wanted = np.append(seen[many], seen[~many].sum()), np.append(expected[many], expected[~many].sum())
     kept = wanted > 0
     assert (seen[expected < 1e-9] == 0).all()
-    assert chisquare(observed[kept], wanted[kept] / wanted.sum() * n).pvalue > SIGNIFICANCE
+    accept_counts(observed[kept], wanted[kept])
 
     # Energy: the mean weight is the radiance's integral over the sphere.
     total = (image.radiance(sky, grid) * solid[..., None]).sum(axis=(0, 1))
-    error = 5 * weight.std(axis=1) / np.sqrt(n) + 3e-3 * total
-    assert (np.abs(weight.mean(axis=1) - total) <= error + 1e-12).all()
+    accept_mean(weight, total, "energy", allowed=3e-3 * total)
 
 
 def test_energy_is_that_of_the_texels() -> None:

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chisquare
-from tests.conftest import SIGNIFICANCE
+from tests.conftest import Rng
 from tests.kernels.phase_code import exactly_unit, run, unit_vectors
+from tests.statistics import accept_counts, accept_mean
 
 from woodcock.device import Context
 from woodcock.layout import module
@@ -98,12 +98,12 @@ def test_normalised_with_the_mean_cosine(phase: Any, gap: float) -> None:
 
 
 @phases
-def test_samples_follow_the_density(context: Context, lanes: int, phase: Any, gap: float) -> None:
-    """Chi-square of cos θ in bins of equal probability, of the azimuth; mean cosine; unit length, at the ends too."""
+def test_samples_follow_the_density(context: Context, lanes: int, phase: Any, gap: float, rng: Rng) -> None:
+    """χ² of cos θ in bins of equal probability that are halved towards its ends, of the azimuth; mean cosine; unit
+    length, at the ends too."""
     n = 1 << 17
-    random = np.random.default_rng(17)
     ends = np.meshgrid(*2 * [np.array([0, 2.0**-24, 0.5 - 2.0**-24, 0.5, 1 - 2.0**-24], np.float32)])
-    u, v = np.concatenate([random.random((2, n), dtype=np.float32), np.reshape(ends, (2, -1))], axis=1)
+    u, v = np.concatenate([rng(17).random((2, n), dtype=np.float32), np.reshape(ends, (2, -1))], axis=1)
     axis = np.array([0.48, -0.6, 0.64], np.float32)
     body = "vector in = vector_of((real)0.48f, (real)-0.6f, (real)0.64f), s = phase_sample(world, medium, in, u, v);"
     results = ["s.x", "s.y", "s.z", "phase_eval(world, medium, in, s)"]
@@ -118,11 +118,13 @@ def test_samples_follow_the_density(context: Context, lanes: int, phase: Any, ga
     cosine = side * (1 - ((s - side * axis[:, None]) ** 2).sum(axis=0) / 2)
     kind = module("phase", phase.kind)
     probability = np.clip(kind.cumulative(phase, cosine), 0, 1)
-    assert chisquare(np.histogram(probability, bins=64, range=(0, 1))[0]).pvalue > SIGNIFICANCE
-    spread = cosine.std() / np.sqrt(n) + 1e-7
-    assert abs(cosine.mean() - kind.mean_cosine(phase)) < 5 * spread
+    tail = 2.0 ** -np.arange(11, 6, -1)  # 64 samples beyond the last
+    edges = np.concatenate([[0], tail, np.arange(2, 127) / 128, 1 - tail[::-1], [1]])
+    accept_counts(np.histogram(probability, edges)[0], np.diff(edges), "cosine")
+    if gap > 0.01:  # a few samples make the mean of narrower peaks: the bins see them
+        accept_mean(cosine, kind.mean_cosine(phase), "mean cosine")
 
     across = np.cross(axis, [0, 0, 1])
     across /= np.linalg.norm(across)
     azimuth = np.arctan2(np.cross(axis, across) @ s, across @ s)
-    assert chisquare(np.histogram(azimuth, bins=32, range=(-np.pi, np.pi))[0]).pvalue > SIGNIFICANCE
+    accept_counts(np.histogram(azimuth, bins=32, range=(-np.pi, np.pi))[0], what="azimuth")

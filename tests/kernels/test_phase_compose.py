@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
-from scipy.stats import chisquare
-from tests.conftest import SIGNIFICANCE
+from tests.conftest import Rng
 from tests.kernels.phase_code import exactly_unit, run, unit_vectors
+from tests.statistics import accept_counts
 
 from woodcock.device import Context
 from woodcock.layout import module
@@ -70,10 +70,10 @@ def test_numbers_do_not_change_the_text() -> None:
     assert compose([phase_of(mixture((9, FORWARD), (1, STEEP), (2, BACK), (3, droplets)))]).text != a.text
 
 
-def test_each_medium_has_its_own(context: Context, lanes: int) -> None:
+def test_each_medium_has_its_own(context: Context, lanes: int, rng: Rng) -> None:
     """Lanes in lockstep that are in different media; a lane in none keeps its direction."""
     n = 1 << 16
-    random = np.random.default_rng(5)
+    random = rng(5)
     index = random.integers(-1, len(MEDIA), n).astype(np.float32)
     u, v = random.random((2, n), dtype=np.float32)
     into, out = unit_vectors(n, 1), unit_vectors(n, 2)
@@ -90,7 +90,7 @@ def test_each_medium_has_its_own(context: Context, lanes: int) -> None:
         right = kind.evaluate(phase, (a * b).sum(axis=0)[here])
         assert np.allclose(density[here], right, rtol=2e-5, atol=2e-7)
         share = np.clip(kind.cumulative(phase, (a * s).sum(axis=0)[here]), 0, 1)
-        assert chisquare(np.histogram(share, bins=32, range=(0, 1))[0]).pvalue > SIGNIFICANCE
+        accept_counts(np.histogram(share, bins=32, range=(0, 1))[0], what=f"medium {i}")
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.conftest import Rng
 from tests.kernels.phase_code import run, unit_vectors
+from tests.statistics import accept_mean
 
 from woodcock.device import Context
+from woodcock.layout import module
 from woodcock.phase import draine, henyey_greenstein, mie_approx, rayleigh, tabulated
-from woodcock.scene import DrainePhase, HenyeyGreensteinPhase, MieApproxPhase, RayleighPhase, TabulatedPhase
+from woodcock.scene import (
+    DrainePhase,
+    HenyeyGreensteinPhase,
+    IsotropicPhase,
+    MieApproxPhase,
+    Phase,
+    RayleighPhase,
+    TabulatedPhase,
+)
 
 COSINES = np.linspace(-1, 1, 101)
 
@@ -33,17 +44,33 @@ def test_draine_cumulative_is_the_integral(g: float) -> None:
     assert np.allclose(draine.cumulative(phase, nodes), sums, atol=1e-6)
 
 
+def inverts_the_distribution(context: Context, lanes: int, phase: Phase, *, rising: bool) -> bool:
+    """Does each uniform give the cosine below which its share lies? Not just by the samples' histogram."""
+    u = np.linspace(0, 1 - 2.0**-24, 4096).astype(np.float32)
+    body = "vector in = vector_of((real)0.f, (real)0.f, (real)1.f), s = phase_sample(world, medium, in, u, (real)0.3f);"
+    s = np.clip(run(context, [phase], lanes, ["s.z"], {"u": u}, body)[0].astype(float), -1, 1)
+    kind = module("phase", phase.kind)
+    share, slope = kind.cumulative(phase, s), 2 * np.pi * kind.evaluate(phase, s)
+    return bool(np.all(abs(share - (u if rising else 1 - u.astype(float))) < 1.5e-6 + 3e-7 * slope))
+
+
 @pytest.mark.parametrize("alpha", [0.5, 1.0, 30.0, 1e8])
 @pytest.mark.parametrize("g", [0.0, 1e-6, -0.3, 0.62, 0.95])
 def test_draine_samples_invert_the_distribution(context: Context, lanes: int, g: float, alpha: float) -> None:
-    """Each uniform gives the cosine below which its share lies, seen from the peak; not just by their histogram."""
-    phase = DrainePhase(g=g, alpha=alpha)
-    u = np.linspace(0, 1 - 2.0**-24, 4096).astype(np.float32)
-    body = "vector in = vector_of((real)0.f, (real)0.f, (real)1.f), s = phase_sample(world, medium, in, u, (real)0.3f);"
-    s = run(context, [phase], lanes, ["s.z"], {"u": u}, body)[0].astype(float)
-    share = draine.cumulative(phase, np.clip(s, -1, 1))
-    slope = 2 * np.pi * draine.evaluate(phase, np.clip(s, -1, 1))
-    assert np.all(abs(share - (u if g >= 0 else 1 - u.astype(float))) < 1.5e-6 + 3e-7 * slope)
+    assert inverts_the_distribution(context, lanes, DrainePhase(g=g, alpha=alpha), rising=g >= 0)
+
+
+@pytest.mark.parametrize(
+    ("phase", "rising"),
+    [
+        (IsotropicPhase(), False),
+        (RayleighPhase(), True),
+        *((HenyeyGreensteinPhase(g=g), g >= 0) for g in (0, 1e-6, -0.3, 0.95)),
+    ],
+    ids=repr,
+)
+def test_samples_invert_the_distribution(context: Context, lanes: int, phase: Phase, rising: bool) -> None:
+    assert inverts_the_distribution(context, lanes, phase, rising=rising)
 
 
 def mie_mean_cosine(x: float, index: float) -> tuple[float, float]:
@@ -94,19 +121,19 @@ def test_a_fine_table_is_what_it_was_made_from(context: Context, lanes: int) -> 
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_peak_narrower_than_float32_tells_cosines_apart(context: Context, lanes: int, side: int) -> None:
+def test_a_peak_narrower_than_float32_tells_cosines_apart(context: Context, lanes: int, side: int, rng: Rng) -> None:
     """All light within 1e-8 of a pole, p falling linearly: the mean versine is a third of that."""
     narrow, steps = 1e-8, (-1, 0.2, 1 - 1e-8, 1)
     table = TabulatedPhase(cosine=tuple(side * c for c in steps[::side]), value=(0, 0, 0, 1)[::side])
     n = 1 << 14
-    u, v = np.random.default_rng(3).random((2, n), dtype=np.float32)
+    u, v = rng(3).random((2, n), dtype=np.float32)
     body = "vector in = vector_of((real)0.f, (real)0.f, (real)1.f), s = phase_sample(world, medium, in, u, v);"
     results = ["s.x", "s.y", "s.z", "phase_eval(world, medium, in, s)"]
     x, y, z, density = run(context, [table], lanes, results, {"u": u, "v": v}, body).astype(float)
     assert np.all(z * side > 0)
     versine = (x * x + y * y) / 2
     assert versine.max() < narrow * (1 + 1e-5)
-    assert abs(versine.mean() / narrow - 1 / 3) < 5 * (versine.std() / narrow / np.sqrt(n))
+    accept_mean(versine / narrow, 1 / 3)
     # Where the ramp ends, the density is the difference of two directions: absolute there.
     expected = (1 - versine / narrow) / (np.pi * narrow)
     assert np.allclose(density, expected, rtol=1e-4, atol=1e-4 / narrow)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tests.kernels.device_code import KIND_NEEDS, struct
 
-from woodcock.deterministic import WIDE, lanes_of
+from woodcock.deterministic import lanes_of
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
-from woodcock.layout import Record, module
+from woodcock.layout import WIDE, Record, module
 from woodcock.scene import BoxShape, SphereShape
 from woodcock.space import Space
 
@@ -125,3 +125,25 @@ def test_mesh_contains_what_a_tetrahedron_does() -> None:
     points = np.random.default_rng(3).uniform(-0.2, 1, (200, 3))
     expected = (points > 0).all(axis=1) & (points.sum(axis=1) < 1)
     assert np.array_equal(module("shape", "mesh").contains(corners, points), expected)
+
+
+def test_distance_to_the_face_ahead(context: Context, lanes: int) -> None:
+    """Of a box from the origin to its size, from points inside and in its faces; also along its axes."""
+    rng, size = np.random.default_rng(31), np.array([3.0, 1.0, 0.25])
+    origin, along = (rng.random((400, 3)) * size).astype(np.float32), rng.normal(size=(400, 3)).astype(np.float32)
+    origin[:40, 0], origin[40:80, 1], origin[80:120, 2] = 0, 1, 0.25
+    along[120:160, 1:], along[160:200, ::2] = 0, 0
+    (got,) = evaluate(
+        context,
+        ["box_exit(size, vector_of(ox, oy, oz), vector_of(dx, dy, dz))"],
+        dict(
+            zip(("ox", "oy", "oz", "dx", "dy", "dz"), np.ascontiguousarray(np.hstack([origin, along]).T), strict=True)
+        ),
+        lanes=lanes,
+        parts=[*KIND_NEEDS, "core/box.h"],
+        body="vector3 size = {3.f, 1.f, 0.25f};",
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        faces = np.where(along > 0, size - origin.astype(float), -origin.astype(float)) / along.astype(float)
+    right = np.where(along == 0, np.inf, faces).min(axis=1)
+    assert np.allclose(got, right, rtol=3e-7, atol=1e-7 * 3)

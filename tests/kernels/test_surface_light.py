@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chisquare
-from tests.conftest import SIGNIFICANCE
-from tests.kernels.surface_code import SPACE, built, run, soup
+from tests.conftest import Rng
+from tests.kernels.surface_code import SPACE, Array, built, run, soup
 from tests.kernels.test_surface import FACES, OCTAHEDRON, matrix
+from tests.statistics import accept_counts, accept_mean
 
 from woodcock.device import Context
 from woodcock.formats.mesh import Mesh, MeshError
@@ -49,27 +49,41 @@ EMITTERS: dict[str, Any] = {
 }
 
 
-def solid_angle(world: build.Built, lanes: int, context: Context) -> float:
-    """What the surfaces cover, seen from 0, by directions spread evenly (a Fibonacci lattice)."""
-    n = 1 << 17
-    z = 1 - (2 * np.arange(n) + 1) / n
-    azimuth = np.pi * (1 + np.sqrt(5)) * np.arange(n)
-    r = np.sqrt(1 - z * z)
-    direction = np.stack([r * np.cos(azimuth), r * np.sin(azimuth), z], axis=1)
-    body = "surface_hit hit = surface_intersect(world, origin, direction, (real)1e30f, (mask)-1);"
-    body += "surface_point at = surface_locate(world, hit, origin, direction);"
-    emission = "material_emission(world, at.surface, direction, at.geometric)"
-    shines = f"pick((real)0.f, (real)1.f, test(hit.t < 1e29f) & test({emission} > 0.f))"
-    return float(
-        run(context, world, lanes, body, [shines], origin=np.zeros((n, 3)), direction=direction)[0].mean() * 4 * np.pi
-    )
+def solid_angle(corners: Array) -> Array:
+    """Of triangles (n, 3, 3) seen from 0, positive if counter-clockwise: Van Oosterom & Strackee (1983)."""
+    a, b, c = corners.swapaxes(0, 1)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    below = la * lb * lc + (a * b).sum(1) * lc + (a * c).sum(1) * lb + (b * c).sum(1) * la
+    return np.asarray(2 * np.arctan2((a * np.cross(b, c)).sum(1), below))
+
+
+def covered(name: str) -> float:
+    """The solid angle of an emitter seen from 0."""
+    match name:
+        case "small sphere":
+            return np.pi * 1e-8 / 5
+        case "inside":
+            return 4 * np.pi
+        case "sphere":
+            return float(2 * np.pi * (1 - np.sqrt(1 - 0.25 / 5)))
+        case "mesh":  # convex: every ray that meets it meets two faces
+            return float(np.abs(solid_angle(OCTAHEDRON[FACES] + [2, 0.5, 0])).sum() / 2)
+        case "rectangle":
+            x, y, _, middle = np.array(PLACED)[:3].T
+            corners = middle + np.array([-x - y, x - y, x + y, -x + y])
+        case _:
+            turn = np.linspace(0, 2 * np.pi, 10000, endpoint=False)[:, None]
+            across = np.array([0.5, 1, 0]) / np.sqrt(1.25)
+            corners = [2, 0, 0] + 0.7 * (np.cos(turn) * across + np.sin(turn) * [0, 0, 1])
+    fan = np.stack([np.broadcast_to(corners[0], corners.shape), corners, np.roll(corners, -1, axis=0)], axis=1)
+    return float(np.abs(solid_angle(fan).sum()))
 
 
 @pytest.mark.parametrize("name", EMITTERS)
-def test_emitters_are_sampled_by_their_density(context: Context, lanes: int, name: str) -> None:
+def test_emitters_are_sampled_by_their_density(context: Context, lanes: int, name: str, rng: Rng) -> None:
     """The density is the one that a ray finds; its inverse's mean is the solid angle; shadow rays end before it."""
     world, n = built([EMITTERS[name]], {"o": Mesh(OCTAHEDRON, FACES)}), 1 << 15
-    uniforms = dict(zip("uvw", np.random.default_rng(20).random((3, n), dtype=np.float32), strict=True))
+    uniforms = dict(zip("uvw", rng(20).random((3, n), dtype=np.float32), strict=True))
     got = run(context, world, lanes, BODY, RESULTS, **{"from": np.zeros((n, 3))}, **uniforms).astype(float)
     towards, (distance, weight, pdf, t, found, shadow, seen, _) = got[:3], got[3:]
     assert np.allclose(np.linalg.norm(towards, axis=0), 1, atol=1e-6)
@@ -84,20 +98,13 @@ def test_emitters_are_sampled_by_their_density(context: Context, lanes: int, nam
     assert np.quantile(np.abs(found[first] / pdf[first] - 1), 0.99) < 1e-3
     assert np.array_equal(seen[first], np.full(first.sum(), 3.0))
 
-    # A convex mesh's other side is hidden: what is lit and first
+    # A convex mesh's other side is hidden: what is lit and first.
     share = np.where(first, 1 / pdf, 0)
-    if name == "small sphere":
-        right = np.pi * 1e-8 / 5
-    elif name == "inside":
-        right = 4 * np.pi
-    elif name == "sphere":
-        right = 2 * np.pi * (1 - np.sqrt(1 - 0.25 / 5))
-    else:
-        right = solid_angle(world, lanes, context)
-    assert abs(share.mean() - right) < 5 * share.std() / np.sqrt(n) + 0.002 * right
+    right = covered(name)
+    accept_mean(share, right, "solid angle", allowed=right * (2e-4 if name == "small sphere" else 1e-6))
 
 
-def test_primitives_are_chosen_by_area_and_luminance(context: Context, lanes: int) -> None:
+def test_primitives_are_chosen_by_area_and_luminance(context: Context, lanes: int, rng: Rng) -> None:
     random = np.random.default_rng(21)
     corners = random.uniform(-1, 1, (37, 1, 3)) + random.uniform(-0.2, 0.2, (37, 3, 3))
     mesh, files = soup(corners)
@@ -110,7 +117,7 @@ def test_primitives_are_chosen_by_area_and_luminance(context: Context, lanes: in
         DiskSurface(radius=1, material=DiffuseMaterial()),
     ]
     world, n = built(scene, files), 1 << 16
-    w = random.random(n, dtype=np.float32)
+    w = rng(23).random(n, dtype=np.float32)
     results = ["to_real(gather(int, world->surface_emitters, surface_emitter(world, w)))"]
     got = run(context, world, lanes, "", results, channels=3, w=w)[0].astype(int)
     luminance = np.array([2 * 0.1 * 0.2126, 0.2126 + 2 * 0.7152 + 4 * 0.0722, 0.0])
@@ -118,7 +125,7 @@ def test_primitives_are_chosen_by_area_and_luminance(context: Context, lanes: in
     counts = np.bincount(got, minlength=len(weight))
     lit = weight > 0
     assert not counts[~lit].any()
-    assert chisquare(counts[lit], n * weight[lit] / weight.sum()).pvalue > SIGNIFICANCE
+    accept_counts(counts[lit], weight[lit])
     pdf = compose.compose(world, SPACE, 3).buffers["surface_emitter_pdf"][1]
     spheres = world.primitives[:, 0] == 0
     assert np.allclose(np.where(spheres, pdf, pdf * world.areas), weight / weight.sum(), rtol=1e-3, atol=1e-6)

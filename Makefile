@@ -5,7 +5,7 @@ BIN := .venv/bin
 SOURCES := kernels server client tests
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check test-slow bench clean packages
+.PHONY: help demo test check test-slow calibrate mutants studies bench clean packages
 
 help:
 	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end;'
@@ -13,6 +13,9 @@ help:
 	@echo 'make test        format, lint, types and the fast tests'
 	@echo 'make check       format, lint and types alone'
 	@echo 'make test-slow   statistical and long tests'
+	@echo 'make calibrate   statistical tests with fresh seeds: are their p-values uniform? (SEED=text: those of an earlier run)'
+	@echo 'make mutants     deliberate bugs, one at a time: do the tests notice? (half an hour; SINS="word ...": some of them)'
+	@echo 'make studies     the pages of kernels/studies and their figures, written anew'
 	@echo 'make bench       timings'
 	@echo 'make clean       remove what the others made, the pictures in demo/ too'
 
@@ -29,6 +32,15 @@ check: .venv/installed-test
 
 test-slow: .venv/installed-test | packages
 	$(BIN)/python -m pytest -m slow
+
+calibrate: .venv/installed-test
+	$(BIN)/python -m pytest -p tests.calibration -q -rfE $(if $(SEED),--run-seed '$(SEED)') tests/analytic tests/kernels
+
+mutants: .venv/installed-test
+	$(BIN)/python -m tests.mutants $(SINS)
+
+studies: .venv/installed-test
+	$(BIN)/python -m studies.stiff_ode
 
 bench: .venv/installed-test
 	$(BIN)/python -m pytest -m benchmark -s
@@ -54,6 +66,6 @@ clean:
 	@$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test]'
 	@touch $@
 
-# Some tests use a browser and OpenVDB itself. Where they cannot be installed, those tests are skipped and say so.
+# Some tests use a browser, Dieharder and OpenVDB itself. Where they cannot be installed, those tests are skipped and say so.
 packages:
-	@bash .ci/packages chromium python3-openvdb python3-numpy || true
+	@bash .ci/packages chromium dieharder python3-openvdb python3-numpy || true

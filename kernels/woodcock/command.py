@@ -15,6 +15,7 @@ from rich.table import Table
 from woodcock.denoise import DenoiseError, require
 from woodcock.device import Device, DeviceError, find
 from woodcock.device import devices as list_devices
+from woodcock.evidence import gather
 from woodcock.files import replacing
 from woodcock.film import Film
 from woodcock.formats import VolumeError
@@ -57,16 +58,21 @@ def render(
             require()
         renderer = _renderer(described, find(device))
         film, series, seconds = _to_the_end(renderer, described)
-        use: Use = {**renderer.facts(), "samples": film.samples, "render_seconds": seconds}
+        use: Use = {**renderer.facts(), "samples": film.samples, "render_seconds": seconds, "evidence": None}
         began = time.perf_counter()
         write_exr(output, film, header(described, film, [use]), described.denoise)
-        report = build(film, [use], series, seconds, time.perf_counter() - began)
+        written = time.perf_counter()
+        use["evidence"] = gather(renderer, described)
+        report = build(film, [use], series, seconds, time.perf_counter() - written, written - began)
         with replacing(output.with_suffix(".report.json")) as temporary:
             temporary.write_text(json.dumps(report, indent=2) + "\n")
     except SceneError as error:
         _fail(str(error), BAD_INPUT)
     except (DeviceError, ImageError, DenoiseError) as error:
         _fail(str(error), FAILED)
+    for line in report["certificate"]["lines"]:
+        if line["status"] == "failed":
+            typer.echo(f"woodcock: {line['name']}: {line['says']}", err=True)
     typer.echo(f"{output}\n{output.with_suffix('.report.json')}")
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from woodcock.batches import Batches
+from woodcock.faults import Faults
 from woodcock.files import replacing
 from woodcock.space import Array
 
@@ -27,8 +29,7 @@ class Film:
     """count: uint32 (height, width); mean, m2: float64 (height, width, names), M2 the sum of squared deviations.
 
     names: channels as an EXR has them, `layers.layer_names`; those of the beauty come first and have no dot.
-    ranges: the samples [start, stop) that it holds, sorted and disjoint; rejected: samples that were NaN, infinite or
-    negative and count as zero; violations: tentative collisions where the density exceeded the majorant.
+    ranges: the samples [start, stop) that it holds, sorted and disjoint; batches: the launches that they came in.
     bound: of an integrator without random numbers, (height, width, channels), how far the beauty may be off.
     """
 
@@ -37,8 +38,8 @@ class Film:
     m2: Array
     names: tuple[str, ...]
     ranges: Ranges = ()
-    rejected: int = 0
-    violations: int = 0
+    faults: Faults = field(default_factory=Faults)
+    batches: Batches = field(default_factory=Batches)
     bound: Array | None = None
 
     @classmethod
@@ -63,6 +64,16 @@ class Film:
     def samples(self) -> int:
         """Samples per pixel."""
         return sum(stop - start for start, stop in self.ranges)
+
+    @property
+    def rejected(self) -> int:
+        """Samples that count as zero because they were no radiance."""
+        return self.faults.rejected
+
+    @property
+    def violations(self) -> int:
+        """Tentative collisions where σ_t exceeded its majorant."""
+        return self.faults.violations
 
     @property
     def deterministic(self) -> bool:
@@ -98,8 +109,10 @@ class Film:
             self.m2 + other.m2 + delta**2 * (share * self.count[..., None]),
             self.names,
             ranges,
-            self.rejected + other.rejected,
-            self.violations + other.violations,
+            self.faults + other.faults,
+            self.batches.merge(
+                other.batches, (self.mean_luminance(), other.mean_luminance()), (self.samples, other.samples)
+            ),
             self._bound_with(other, share),
         )
 
@@ -146,14 +159,14 @@ class Film:
 
     def save(self, path: Path) -> None:
         """Writes an .npz, whole or not at all."""
-        facts = np.array([self.rejected, self.violations], np.uint64)
         spans = np.array(self.ranges, np.uint64).reshape(-1, 2)
         arrays: dict[str, Any] = {
             "count": self.count,
             "mean": self.mean,
             "m2": self.m2,
             "ranges": spans,
-            "facts": facts,
+            "faults": self.faults.array(),
+            "batches": np.array([self.batches.count, self.batches.spread]),
         }
         arrays |= {"names": np.array(self.names)} | ({} if self.bound is None else {"bound": self.bound})
         with replacing(path) as temporary, temporary.open("wb") as file:
@@ -165,10 +178,11 @@ class Film:
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 ranges = tuple((int(start), int(stop)) for start, stop in stored["ranges"])
-                rejected, violations = (int(fact) for fact in stored["facts"])
+                count, spread = (float(number) for number in stored["batches"])
+                faults, batches = Faults.of(stored["faults"]), Batches(int(count), spread)
                 names = tuple(str(name) for name in stored["names"])
                 bound = stored.get("bound", None)
-                return cls(stored["count"], stored["mean"], stored["m2"], names, ranges, rejected, violations, bound)
+                return cls(stored["count"], stored["mean"], stored["m2"], names, ranges, faults, batches, bound)
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise FilmError(f"{path}: not a film ({error})") from None
 

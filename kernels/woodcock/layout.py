@@ -8,6 +8,7 @@ four bytes wide, so that C and numpy agree on offsets without padding; a test as
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Members of a C type, all of four bytes; a colour has as many as the scene has channels.
 WIDTHS = {"float": 1, "int": 1, "uint": 1, "vector3": 3, "affine": 12}
+#: C types of a record's members in a program of doubles.
+WIDE = {"float": "double", "int": "long", "uint": "ulong"}
 #: C types of buffers' elements.
 ELEMENTS = {"f4": "float", "i4": "int", "u4": "uint", "u2": "ushort", "u1": "uchar"}
 
@@ -79,22 +82,25 @@ class Layout:
         """Is it solved without random numbers?"""
         return not self.integrator.startswith("volumetric_path")
 
-    def structs(self) -> str:
-        """The C text of every struct and of `struct scene`, which holds one member a record."""
+    def structs(self, *, precise: bool = False) -> str:
+        """The C text of every struct and of `struct scene`, which holds one member a record; precise: 8 bytes a member,
+        for programs of doubles."""
         lines: list[str] = []
         for record in {record.struct: record for record in self.records}.values():
             members = " ".join(f"{ctype} {name};" for name, ctype in record.fields.items())
             lines.append(f"struct {record.struct} {{ {members} }};")
         members = " ".join(f"struct {record.struct} {record.member};" for record in self.records)
-        return "\n".join([*lines, f"struct scene {{ {members} }};"]) + "\n"
+        text = "\n".join([*lines, f"struct scene {{ {members} }};"]) + "\n"
+        # vector3, affine and colour follow `number`.
+        return re.sub(r"\b(float|int|uint)\b", lambda name: WIDE[name[0]], text) if precise else text
 
-    def pack(self) -> NDArray[np.uint32]:
-        """The numbers, as `struct scene` lays them out."""
-        words: list[NDArray[np.uint32]] = []
+    def pack(self, *, precise: bool = False) -> NDArray[np.uint8]:
+        """The numbers' bytes, as `struct scene` lays them out; unrounded if precise."""
+        parts: list[NDArray[np.uint8]] = []
         for record in self.records:
             for name, ctype in record.fields.items():
-                words.append(_words(record.values[name], ctype, self.channels))
-        return np.concatenate(words)
+                parts.append(_bytes(record.values[name], ctype, self.channels, 8 if precise else 4))
+        return np.concatenate(parts)
 
     def offsets(self) -> list[int]:
         """Byte offset of every member of `struct scene`, and last its size."""
@@ -105,14 +111,14 @@ class Layout:
         return [0, *np.cumsum(sizes).tolist()]
 
 
-def _words(value: Any, ctype: str, channels: int) -> NDArray[np.uint32]:
+def _bytes(value: Any, ctype: str, channels: int, width: int) -> NDArray[np.uint8]:
     if ctype in ("int", "uint"):
-        return np.array([value], np.dtype(ctype + "32").newbyteorder("=")).view(np.uint32)
+        return np.array([value], f"{ctype[0]}{width}").view(np.uint8)
     flat = np.asarray(value, np.float64).reshape(-1)
     if ctype == "colour":
         flat = np.broadcast_to(flat, channels)
     assert flat.size == (channels if ctype == "colour" else WIDTHS[ctype])
-    return flat.astype(np.float32).view(np.uint32)
+    return flat.astype(f"f{width}").view(np.uint8)
 
 
 def instances(

@@ -55,11 +55,13 @@ def flatten(parts: list[str]) -> str:
     return "".join(f'#line 1 "generated"\n{part}' if "\n" in part else inline(part) for part in parts)
 
 
-def compose(layout: Layout, lanes: int) -> Program:
-    """The program of a scene for a width of lanes: 1, 4, 8 or 16."""
+def compose(layout: Layout, lanes: int, *, precise: bool = False) -> Program:
+    """The program of a layout for a width of lanes: 1, 4, 8 or 16; precise: of doubles."""
     parts = [
-        *(f"core/lanes_{lanes}.h", "core/rng.h", "core/vector.h", f"core/spectrum_{layout.channels}.h"),
-        layout.structs(),
+        f"core/lanes_{lanes}_double.h" if precise else f"core/lanes_{lanes}.h",
+        f"core/precision_{'double' if precise else 'float'}.h",
+        *("core/rng.h", "core/vector.h", f"core/spectrum_{layout.channels}.h"),
+        layout.structs(precise=precise),
         *layout.before_world,
         world(layout),
         *layout.after_world,

@@ -3,27 +3,43 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from woodcock import deterministic
+from woodcock.batches import Batches
 from woodcock.device import Context, Device
+from woodcock.drift import Drift, drift
+from woodcock.faults import audited
 from woodcock.film import Film
 from woodcock.formats import Grid, read_grid
+from woodcock.launch import Launcher, statistics
 from woodcock.layers import exponents, layer_names
+from woodcock.layout import Layout, Read
+from woodcock.majorant.repair import MOST_ROUNDS, is_bound, raised
 from woodcock.plan import lay_out
 from woodcock.probe import best_lanes, probe
-from woodcock.program import OPTIONS, compose
+from woodcock.program import Program, compose
 from woodcock.report import Facts
 from woodcock.scene import Scene
 
 #: A launch's sums are pairs of floats; this many samples keep them exact to float64 rounding of the merge.
 LARGEST_LAUNCH = 1 << 16
-#: Work items of a group: a warp of a GPU, and on a CPU few enough that no core waits long for the others.
-GROUP = 32
+
+
+def read_file(file: str, name: str | None) -> Grid:
+    return read_grid(Path(file), name)
+
+
+def program_of(layout: Layout, device: Device, lanes: int) -> tuple[Program, bool]:
+    """A layout's program for a device that runs so many lanes of floats; and is it of doubles?"""
+    if not layout.deterministic:
+        return compose(layout, lanes), False
+    width = deterministic.lanes_of(lanes, precise=device.doubles)
+    return compose(layout, width, precise=device.doubles), device.doubles
 
 
 class Renderer:
@@ -32,40 +48,32 @@ class Renderer:
     Raises VolumeError for a volume that cannot be read, DeviceError for a device that cannot do it.
     """
 
-    def __init__(self, scene: Scene, device: Device, *, lanes: int | None = None) -> None:
+    def __init__(self, scene: Scene, device: Device, *, lanes: int | None = None, read: Read = read_file) -> None:
+        """read: gives the scene's grids, by file and name."""
         self.device = device
         self.lanes = lanes or best_lanes(device, probe(device))
         self.seconds: dict[str, float] = {}
         self._film = scene.film
 
         start = time.perf_counter()
-        layout = lay_out(scene, _read)
+        layout = lay_out(scene, read)
         self.kinds = {concept: list(kinds) for concept, kinds in layout.kinds.items()}
         self.names = layer_names(scene, layout.channels)
         space = layout.space
         self._exponents = np.array(exponents(self.names, space.radiance_exponent, space.length_exponent))
-        self.seconds["read"] = (read := time.perf_counter()) - start
+        self.seconds["read"] = (read_at := time.perf_counter()) - start
 
-        self._deterministic, precise = layout.deterministic, layout.deterministic and device.doubles
+        program, precise = program_of(layout, device, self.lanes)
         self._precision: Literal["float", "double"] = "double" if precise else "float"
-        if layout.deterministic:
-            self.lanes = deterministic.lanes_of(self.lanes, precise=precise)
-            program, numbers = (
-                deterministic.compose(layout, self.lanes, precise=precise),
-                deterministic.pack(layout, precise=precise),
-            )
-        else:
-            program, numbers = compose(layout, self.lanes), layout.pack()
-        self._facts = layout.facts
-        self.program_hash = program.hash
-        self._context = Context.on(device)
-        self._kernel = self._context.build(program.text, OPTIONS, "render")
-        self.seconds["build"] = (built := time.perf_counter()) - read
+        self.lanes, self.program_hash = program.lanes, program.hash
+        self._launcher = Launcher(Context.on(device), program, len(self.names), {})
+        self.seconds["build"] = (built := time.perf_counter()) - read_at
 
-        self._inputs = [self._context.upload(array) for array in (numbers, *layout.buffers.values())]
+        self._launcher.upload({"scene": layout.pack(precise=precise), **layout.buffers})
+        self._layout = _without_volumes(layout)
         self.seconds["upload"] = (uploaded := time.perf_counter()) - built
         # Some drivers compile at the first launch, for the size of its groups; that is no rendering.
-        self._run(1, 0, 1)
+        self._launcher.run(1, 0, 1)
         self.seconds["build"] += time.perf_counter() - uploaded
 
     def facts(self) -> Facts:
@@ -82,9 +90,9 @@ class Renderer:
             "program_hash": self.program_hash,
             "kinds": self.kinds,
             "precision": self._precision,
-            "norm": self._facts.get("norm"),
-            "unscattered": self._facts.get("unscattered"),
-            "media": self._facts.get("media", []),
+            "norm": self._layout.facts.get("norm"),
+            "unscattered": self._layout.facts.get("unscattered"),
+            "media": self._layout.facts.get("media", []),
             "seconds": self.seconds,
         }
 
@@ -95,45 +103,45 @@ class Renderer:
             film = film.merge(self._launch(first, min(stop, first + LARGEST_LAUNCH)))
         return film
 
+    def drift(self) -> Drift | None:
+        """What float32 does to the picture; None where it has none, or the device has no doubles to tell by."""
+        return drift(self._layout, self._launcher) if self._random and self.device.doubles else None
+
+    @property
+    def _random(self) -> bool:
+        return not self._layout.deterministic
+
     def _launch(self, first: int, stop: int) -> Film:
         width, height, samples = self._film.width, self._film.height, stop - first
-        sums, faults = self._run(-(-width * height // (self.lanes * GROUP)), first, samples)
-        size = (height, width)
-        if self._deterministic:
-            rejected = int(faults[0, : width * height].sum(dtype=np.uint64))
-            return deterministic.film(sums, (first, stop), size, self.names, self._exponents, rejected)
-        mean, m2 = _statistics(sums[..., : width * height], samples)
-        rejected, violations = faults[:, : width * height].sum(axis=1, dtype=np.uint64)
+        sums, planes = self._launcher.run(width * height, first, samples)
+        found, excess = audited(planes)
+        for _ in range(MOST_ROUNDS):
+            if not excess:
+                break
+            self._raise_majorant(excess)
+            sums, planes = self._launcher.run(width * height, first, samples)
+            again, excess = audited(planes)
+            found = replace(again, repaired=found.repaired + found.violations)
+        if not self._random:
+            return deterministic.film(sums, (first, stop), (height, width), self.names, self._exponents, found)
+        mean, m2 = statistics(sums, samples)
         return Film(
             np.full((height, width), samples, np.uint32),
             np.ldexp(mean.reshape(height, width, -1), self._exponents),
             np.ldexp(m2.reshape(height, width, -1), 2 * self._exponents),
             self.names,
             ((first, stop),),
-            int(rejected),
-            int(violations),
+            found,
+            Batches(1),
         )
 
-    def _run(self, groups: int, first: int, samples: int) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-        """The kernel's sums (names, 4, lanes) and faults (2, lanes) of so many groups."""
-        items = groups * GROUP
-        sums = np.zeros((len(self.names), 4, items * self.lanes), np.float32)
-        faults = np.zeros((2, items * self.lanes), np.uint32)
-        outputs = [self._context.output(array) for array in (sums, faults)]
-        numbers = np.uint32(first), np.uint32(samples)
-        self._kernel(self._context.queue, (items,), (GROUP,), *self._inputs, *outputs, *numbers)
-        for array, buffer in zip((sums, faults), outputs, strict=True):
-            self._context.download(array, buffer)
-        return sums, faults
+    def _raise_majorant(self, excess: float) -> None:
+        self._layout = raised(self._layout, excess)
+        bounds = {name: array for name, array in self._layout.buffers.items() if is_bound(name)}
+        self._launcher.upload({"scene": self._layout.pack(), **bounds})
 
 
-def _statistics(sums: NDArray[np.float32], samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean and M2, (pixels, names), of the kernel's pairs (names, 4, pixels)."""
-    pairs = sums.astype(np.float64)
-    total, squares = pairs[:, 0] + pairs[:, 1], pairs[:, 2] + pairs[:, 3]
-    mean = total / samples
-    return mean.T, np.maximum(squares - total * mean, 0).T
-
-
-def _read(file: str, name: str | None) -> Grid:
-    return read_grid(Path(file), name)
+def _without_volumes(layout: Layout) -> Layout:
+    """The layout without the arrays that only the device needs: of those, an empty one tells the type."""
+    kept = {name: array if is_bound(name) else np.empty(0, array.dtype) for name, array in layout.buffers.items()}
+    return replace(layout, buffers=kept)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from woodcock import __version__
+from woodcock.certificate import certify
 from woodcock.film import Film
 from woodcock.scene import Scene
+
+if TYPE_CHECKING:
+    from woodcock.evidence import Evidence
 
 #: Samples from one point of the error series to the next.
 SERIES_GROWTH = math.sqrt(2)
@@ -42,10 +46,13 @@ class Facts(TypedDict):
 
 
 class Use(Facts):
-    """A device's part in a render. samples: rendered there, per pixel; render_seconds: spent on them."""
+    """A device's part in a render. samples: rendered there, per pixel; render_seconds: spent on them; evidence: for the
+    certificate, None until it is gathered or where the device could not.
+    """
 
     samples: int
     render_seconds: float
+    evidence: Evidence | None
 
 
 class Point(TypedDict):
@@ -78,13 +85,17 @@ def header(scene: Scene, film: Film, uses: Sequence[Use]) -> dict[str, str]:
     }
 
 
-def build(film: Film, uses: Sequence[Use], series: Sequence[Point], render: float, write: float) -> dict[str, Any]:
-    """The report. uses: not empty; render, write: wall seconds of rendering and of writing the pictures.
+def build(
+    film: Film, uses: Sequence[Use], series: Sequence[Point], render: float, check: float, write: float
+) -> dict[str, Any]:
+    """The report. uses: not empty; render, check, write: wall seconds of rendering, of gathering evidence, and of
+    writing the pictures.
 
     Without noise `rmse` is at most that. Devices read, build and upload side by side: the longest seconds count.
     """
     seconds = {part: max(use["seconds"][part] for use in uses) for part in ("read", "build", "upload")}
     rmse, mean = film.rmse(), film.mean_luminance()
+    orders = _orders(film, uses[0]["norm"], uses[0]["unscattered"])
     return {
         "version": __version__,
         "width": film.width,
@@ -92,13 +103,14 @@ def build(film: Film, uses: Sequence[Use], series: Sequence[Point], render: floa
         "channels": film.channels,
         "samples": film.samples,
         "sample_ranges": film.ranges,
-        "seconds": {**seconds, "render": render, "write": write},
+        "seconds": {**seconds, "render": render, "check": check, "write": write},
         "rmse": _known(rmse),
         "relative_rmse": rmse / mean if math.isfinite(rmse) and mean > 0 else None,
         "deterministic": film.deterministic,
         "bound": _bound(film),
         "mean_luminance": mean,
-        "orders": _orders(film, uses[0]["norm"], uses[0]["unscattered"]),
+        "orders": orders,
+        "certificate": certify(film, uses, orders),
         "error": list(series),
         "rejected_samples": film.rejected,
         "majorant_violations": film.violations,

@@ -150,6 +150,7 @@ class Rendering:
             **facts,
             "samples": before["samples"] if before else 0,
             "render_seconds": before["render_seconds"] if before else 0.0,
+            "evidence": None,
         }
         if self._since is None:
             self._since = time.monotonic()
@@ -260,10 +261,22 @@ class Rendering:
         if not self._series or film.samples > self._series[-1]["samples"]:
             await self._measure(film)
         await self._write(values | await self._save(film))
-        uses = [use for use in self._usage.values() if use["samples"]]
-        await in_thread(results.write, self._storage, self.id, self._scene, film, uses, self._series, values["seconds"])
+        began = time.monotonic()
+        uses = [await self._certified(device, use) for device, use in self._usage.items() if use["samples"]]
+        seconds = {"render": values["seconds"], "check": time.monotonic() - began}
+        await in_thread(results.write, self._storage, self.id, self._scene, film, uses, self._series, seconds)
         await self._write({"state": State.SUCCEEDED, "finished_at": datetime.now(UTC), **_NOBODY})
         await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
+
+    async def _certified(self, device: str, use: Use) -> Use:
+        """With the evidence for the certificate; a device that cannot give it any more has rendered all the same."""
+        if device not in self._devices:  # It was another attempt's.
+            return use
+        try:
+            return {**use, "evidence": await self._ask(device, "certify", "checking the program")}
+        except Exception as error:
+            log.warning("no evidence for the certificate", job=self.id, device=device, reason=repr(error))
+            return use
 
     async def fail(self, sentence: str) -> None:
         """End the job with what went wrong, files named as the job names them. Raises LeaseLost."""

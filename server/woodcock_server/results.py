@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from woodcock import report
 from woodcock.film import Film
@@ -27,11 +27,11 @@ def write(
     film: Film,
     uses: Sequence[Use],
     series: Sequence[Point],
-    render_seconds: float,
+    seconds: Mapping[str, float],
 ) -> None:
-    """Write image.exr, preview.png and report.json; blocks. Raises DenoiseError."""
+    """Write image.exr, preview.png and report.json; blocks. seconds: of render and check. Raises DenoiseError."""
     began = time.monotonic()
     write_exr(storage.job_file(job_id, "image.exr"), film, report.header(scene, film, uses), scene.denoise)
     preview(storage, job_id, film)
-    content = report.build(film, uses, series, render_seconds, time.monotonic() - began)
+    content = report.build(film, uses, series, **seconds, write=time.monotonic() - began)
     storage.write_json(job_id, "report.json", content)

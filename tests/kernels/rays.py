@@ -9,11 +9,13 @@ from tests.kernels.ray_oracles import Gridded, Homogeneous, Media
 
 from woodcock import deterministic, layers
 from woodcock.device import Context
+from woodcock.faults import audited
 from woodcock.film import Film
 from woodcock.formats import Grid
 from woodcock.integrator import deterministic_text
+from woodcock.launch import Launcher
 from woodcock.layout import Layout, Record, module
-from woodcock.program import OPTIONS
+from woodcock.program import compose
 from woodcock.space import Space
 from woodcock.volume import field
 
@@ -42,20 +44,13 @@ def launch(
     context: Context, layout: Layout, size: tuple[int, int], *, lanes: int, precise: bool, samples: tuple[int, int]
 ) -> Film:
     """The samples of a layout's film of (height, width)."""
-    lanes, pixels = deterministic.lanes_of(lanes, precise=precise), size[0] * size[1]
-    kernel = context.build(deterministic.compose(layout, lanes, precise=precise).text, OPTIONS, "render")
-    items = -(-pixels // lanes)
-    sums = np.zeros((layout.channels, 4, items * lanes), np.float32)
-    faults = np.zeros((2, items * lanes), np.uint32)
-    outputs = [context.output(array) for array in (sums, faults)]
-    arrays = [array if isinstance(array, np.ndarray) else array.array() for array in layout.buffers.values()]
-    inputs = [context.upload(array) for array in (deterministic.pack(layout, precise=precise), *arrays)]
+    lanes = deterministic.lanes_of(lanes, precise=precise)
+    launcher = Launcher(context, compose(layout, lanes, precise=precise), layout.channels, {})
+    launcher.upload({"scene": layout.pack(precise=precise), **layout.buffers})
     first, stop = samples
-    kernel(context.queue, (items,), None, *inputs, *outputs, np.uint32(first), np.uint32(stop - first))
-    for array, buffer in zip((sums, faults), outputs, strict=True):
-        context.download(array, buffer)
+    sums, planes = launcher.run(size[0] * size[1], first, stop - first)
     exponents = np.array(layers.exponents(layout.names, layout.space.radiance_exponent, layout.space.length_exponent))
-    return deterministic.film(sums, samples, size, layout.names, exponents, int(faults[0, :pixels].sum()))
+    return deterministic.film(sums, samples, size, layout.names, exponents, audited(planes)[0])
 
 
 def _layout(

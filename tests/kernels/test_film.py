@@ -6,8 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.conftest import Rng
+from tests.statistics import accept_mean, accept_squares
 
-from woodcock.film import Film, FilmError, join
+from woodcock.batches import Batches
+from woodcock.faults import Faults
+from woodcock.film import LUMINANCE, Film, FilmError, join
+
+FAULTS = Faults(nan=1, infinite=2, negative=3, unfinished=4, violations=2, touched=1.5, repaired=3)
 
 
 def film(values: np.ndarray, start: int, bound: np.ndarray | None = None) -> Film:
@@ -21,8 +27,8 @@ def film(values: np.ndarray, start: int, bound: np.ndarray | None = None) -> Fil
         ((values - mean) ** 2).sum(axis=0),
         names if len(names) > 1 else ("Y",),
         ((start, start + n),),
-        1,
-        2,
+        FAULTS,
+        Batches(1),
         bound,
     )
 
@@ -39,7 +45,8 @@ def test_merging_is_the_film_of_all_samples() -> None:
     assert np.array_equal(merged.count, whole.count)
     assert np.allclose(merged.mean, whole.mean, rtol=1e-14)
     assert np.allclose(merged.m2, whole.m2, rtol=1e-13)
-    assert (merged.rejected, merged.violations) == (4, 8)
+    assert (merged.rejected, merged.violations) == (40, 8)
+    assert merged.faults == FAULTS + FAULTS + FAULTS + FAULTS
     assert np.allclose(merged.variance(), values.var(axis=0, ddof=1) / 37)
 
 
@@ -62,12 +69,14 @@ def test_error_is_unknown_below_two_samples() -> None:
     assert film(np.ones((2, 2, 2, 1)), 0).rmse() == 0
 
 
-def test_error_predicts_the_spread_of_pictures() -> None:
+def test_error_predicts_the_spread_of_pictures(rng: Rng) -> None:
     """rmse is the standard error that repeated films really have."""
-    random = np.random.default_rng(5)
+    random = rng(5)
     films = [film(random.exponential(1, (16, 8, 8, 3)), 0) for _ in range(200)]
-    spread = np.sqrt(np.mean(np.var([f.mean for f in films], axis=0)))
-    assert np.mean([f.rmse() for f in films]) == pytest.approx(spread, rel=0.03)
+    said, spread = np.mean([f.variance() for f in films], axis=0), np.var([f.mean for f in films], axis=0, ddof=1)
+    accept_mean((said - spread).reshape(-1), 0)
+    squares = [(f.variance() @ LUMINANCE).mean() for f in films]
+    assert [f.rmse() for f in films] == pytest.approx(np.sqrt(squares), rel=1e-12)
 
 
 def test_layers_are_films_and_the_beauty_alone_counts() -> None:
@@ -85,12 +94,12 @@ def test_layers_are_films_and_the_beauty_alone_counts() -> None:
     assert whole.mean_luminance() == whole.layer("").mean_luminance()
 
 
-def test_error_of_the_mean_holds_for_channels_that_vary_together() -> None:
+def test_error_of_the_mean_holds_for_channels_that_vary_together(rng: Rng) -> None:
     """Grey samples in three channels: the spread of repeated films' mean luminance is what is said."""
-    random = np.random.default_rng(6)
+    random = rng(6)
     films = [film(random.exponential(1, (16, 8, 8, 1)).repeat(3, -1), 0) for _ in range(400)]
-    spread = np.std([f.mean_luminance() for f in films])
-    assert np.mean([f.mean_luminance_error() for f in films]) == pytest.approx(spread, rel=0.1)
+    said, spread = np.mean([f.mean_luminance_error() ** 2 for f in films]), np.var([f.mean_luminance() for f in films])
+    accept_squares(len(films) * spread / said, len(films) - 1)
 
 
 def test_bounds_merge_as_means_do() -> None:
@@ -117,7 +126,7 @@ def test_saved_films_come_back(tmp_path: Path, bound: np.ndarray | None) -> None
     one.save(path)
     two = Film.load(path)
     assert (two.ranges, two.names) == (one.ranges, one.names)
-    assert (two.rejected, two.violations) == (1, 2)
+    assert (two.faults, two.batches) == (one.faults, one.batches)
     for name in ("count", "mean", "m2", "bound"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert [file.name for file in tmp_path.iterdir()] == ["film.npz"]
@@ -141,3 +150,11 @@ def test_a_failed_save_leaves_the_old_film(tmp_path: Path) -> None:
         broken.save(path)
     assert path.read_bytes() == old
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_luminance_is_that_of_rec_709() -> None:
+    """Of its red, green and blue, by the standard's own numbers; errors weigh the same way."""
+    values = np.array([[1.0, 2.0, 4.0], [3.0, 2.0, 8.0]])[:, None, None].repeat(2, axis=1).repeat(2, axis=2)
+    whole = film(values, 0)
+    assert whole.mean_luminance() == pytest.approx(0.2126 * 2 + 0.7152 * 2 + 0.0722 * 6)
+    assert whole.rmse() == pytest.approx(np.sqrt(0.2126 * 1 + 0.7152 * 0 + 0.0722 * 4))

@@ -25,10 +25,11 @@ def film(names: tuple[str, ...] = ("Y",), bound: float | None = None) -> Film:
 
 def report(film: Film, norm: float | None = None, unscattered: float | None = None) -> dict[str, Any]:
     use = {
-        "samples": 10, "render_seconds": 1.0, "program_hash": "a", "kinds": {}, "norm": norm,
+        "samples": 10, "render_seconds": 1.0, "program_hash": "a", "kinds": {}, "norm": norm, "evidence": None,
+        "id": "cpu0", "name": "x", "driver": "1", "precision": "float",
         "unscattered": unscattered, "seconds": {"read": 0.0, "build": 0.0, "upload": 0.0},
     }  # fmt: skip
-    built = build(film, [cast(Use, use)], [], 1.0, 1.0)
+    built = build(film, [cast(Use, use)], [], 1.0, 1.0, 1.0)
     return cast(dict[str, Any], json.loads(json.dumps(built, allow_nan=False)))
 
 

@@ -11,7 +11,6 @@ from scipy.stats import qmc
 from tests.kernels.ray_oracles import Gridded, Homogeneous, Media, optical_depth
 from tests.kernels.rays import launch, trace
 
-from woodcock.deterministic import pack
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.formats import Grid
@@ -211,9 +210,8 @@ def test_ranges_of_samples_merge(context: Context) -> None:
 
 def test_numbers_reach_the_device_unrounded(context: Context) -> None:
     layout = transmittance.lay_out(parse(json.dumps(SCENE)), read)
-    numbers = pack(layout, precise=True)
-    assert numbers.dtype.itemsize == 8
-    assert len(numbers) == len(pack(layout, precise=False))
+    numbers = layout.pack(precise=True)
+    assert len(numbers) == 2 * len(layout.pack())
     assert np.float64(np.tan(np.radians(5e-5) / 2)) != np.float32(np.tan(np.radians(5e-5) / 2))
     record = layout.records[1]
     assert np.isin(record.values["corner"], numbers.view(np.float64)).all()

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from woodcock.scene import Camera
+from woodcock.scene import Camera, SceneError
 from woodcock.space import Array, Space
+
+#: In lengths of the scene: squares of distances are to be numbers of float32.
+FARTHEST = 2.0**60
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,12 @@ class Pose:
 
     @classmethod
     def of(cls, camera: Camera, space: Space) -> Pose:
+        """Raises SceneError for a camera that is too far away."""
         origin = space.point(np.array(camera.origin))
+        if not np.abs(origin).max() <= FARTHEST:
+            raise SceneError(
+                f"camera: stands {np.abs(origin).max():.1g} times the scene's length away; {FARTHEST:.1g} is the most"
+            )
         forward = _unit(np.array(camera.target) - np.array(camera.origin))
         right = _unit(np.cross(forward, np.array(camera.up)))
         return cls(origin, forward, right, np.cross(right, forward), float(-origin @ forward))
@@ -41,4 +49,5 @@ class Pose:
 
 
 def _unit(v: Array) -> Array:
+    v = v / np.abs(v).max()  # whose square may be none, if the numbers are large or small
     return np.asarray(v / np.linalg.norm(v))

@@ -6,8 +6,3 @@ static inline void bounded_add(moments *m, real value, real bound) {
     pair_add(&m->sum, &m->sum_low, value, (real)0.f);
     pair_add(&m->square, &m->square_low, bound, (real)0.f);
 }
-
-static inline void bounded_store(const moments *m, __global float *film, size_t plane) {
-    store_pair(m->sum, m->sum_low, film, plane);
-    store_pair(m->square, m->square_low, film + 2 * plane, plane);
-}

@@ -10,6 +10,7 @@ typedef int mask;
 #define word_as_integer(x) as_int(x)
 #define integer_as_word(x) as_uint(x)
 #define word_as_real(x) as_float(x)
+#define real_as_word(x) as_uint(x)
 #define test(condition) (-(int)(condition))
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define some(m) (m)

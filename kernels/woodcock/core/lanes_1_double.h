@@ -1,16 +1,18 @@
-// Lane types in double precision, one lane. See lanes_vector_double.h.
+// Lane types in double precision, one lane: see lanes_vector_double.h. Words are those of floats, so that random numbers are
+// the same ones.
 #define LANES 1
 typedef double real, number;
-typedef long integer;
-typedef ulong word;
-typedef long mask;
+typedef int integer;
+typedef uint word;
+typedef int mask;
 #define to_real(x) ((double)(x))
-#define to_integer(x) ((long)(x))
-#define to_word(x) ((ulong)(x))
-#define word_as_integer(x) as_long(x)
-#define integer_as_word(x) as_ulong(x)
-#define word_as_real(x) ((double)as_float((uint)(x)))
-#define test(condition) (-(long)(condition))
+#define to_integer(x) ((int)(x))
+#define to_word(x) ((uint)(x))
+#define word_as_integer(x) as_int(x)
+#define integer_as_word(x) as_uint(x)
+#define word_as_real(x) ((double)as_float(x))
+#define real_as_word(x) as_uint((float)(x))
+#define test(condition) (-(int)(condition))
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define some(m) (m)
 #define lane_index() 0

@@ -12,6 +12,7 @@ typedef LANES_JOIN(int, LANES) mask;
 #define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
 #define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
+#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define test(condition) (condition)
 // Operators rather than the builtins select, any, fmin and fmax: PoCL may call these as functions, spilling all registers.
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))

@@ -21,6 +21,7 @@ typedef LANES_JOIN(long, LANES) mask;
 #define word_as_integer(x) LANES_JOIN(as_long, LANES)(x)
 #define integer_as_word(x) LANES_JOIN(as_ulong, LANES)(x)
 #define word_as_real(x) to_real(LANES_JOIN(as_float, LANES)(LANES_JOIN(convert_uint, LANES)(x)))
+#define real_as_word(x) LANES_JOIN(as_uint, LANES)(LANES_JOIN(convert_float, LANES)(x))
 #define test(condition) (condition)
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
 #define lanes_store(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)

@@ -15,3 +15,9 @@ static inline void moments_add(moments *m, real x) {
     pair_add(&m->sum, &m->sum_low, x, (real)0.f);
     pair_add(&m->square, &m->square_low, square, fma(x, x, -square));
 }
+
+// Four planes of one number a lane.
+static inline void moments_store(const moments *m, __global float *film, size_t plane) {
+    store_pair(m->sum, m->sum_low, film, plane);
+    store_pair(m->square, m->square_low, film + 2 * plane, plane);
+}

@@ -8,4 +8,5 @@ static inline void store_pair(real high, real low, __global float *film, size_t 
     lanes_store_float(high + low, film);
     lanes_store_float((high - lanes_as_float(high + low)) + low, film + plane);
 }
-static inline void store_count(integer n, __global uint *p) { lanes_store_uint(n, p); }
+#define store_count(n, p) lanes_store_uint(n, p)
+#define store_bits(x, p) lanes_store_uint(real_as_word(x), p)

@@ -7,4 +7,5 @@ static inline void store_pair(real high, real low, __global float *film, size_t 
     lanes_store(high, film);
     lanes_store(low, film + plane);
 }
-static inline void store_count(integer n, __global uint *p) { lanes_store(integer_as_word(n), p); }
+#define store_count(n, p) lanes_store(integer_as_word(n), p)
+#define store_bits(x, p) lanes_store(real_as_word(x), p)

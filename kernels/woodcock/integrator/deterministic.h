@@ -1,4 +1,5 @@
 // What the integrators without random numbers share: camera rays at fixed places of a pixel, and the film.
+#include "core/audit.h"
 #include "core/bounded.h"
 #include "core/sequence.h"
 
@@ -22,16 +23,16 @@ static inline real transmitted_bound(real value, real light, real doubt) {
     return smaller(value * expm1(smaller((4.f + doubt) * EPSILON, (real)80.f)), light);
 }
 
-// A ray's radiance in one channel and a bound on its error, into the film; one that is no number counts as rejected.
-static inline void film_add(moments *m, real value, real bound, mask *bad) {
+// A ray's radiance in one channel and a bound on its error, into the film; one that is no number counts as amiss.
+static inline void film_add(moments *m, real value, real bound, audit *found, mask *bad) {
     mask fine = test(value >= 0.f) & test(value < INFINITY) & test(bound < INFINITY);
+    audit_value(found, value, ~fine & ~*bad);
     *bad |= ~fine;
     bounded_add(m, pick((real)0.f, value, fine), pick((real)0.f, bound, fine));
 }
 
-static inline void film_store(const moments *sums, integer rejected, __global float *film, __global uint *faults) {
+static inline void film_store(const moments *sums, const audit *found, __global float *film, __global uint *faults) {
     const size_t lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
-    for (int c = 0; c < CHANNELS; ++c) bounded_store(&sums[c], film + 4 * c * pixels + lane0, pixels);
-    store_count(rejected, faults + lane0);
-    store_count((integer)0, faults + pixels + lane0);
+    for (int c = 0; c < CHANNELS; ++c) moments_store(&sums[c], film + 4 * c * pixels + lane0, pixels);
+    audit_store(found, faults + lane0, pixels);
 }

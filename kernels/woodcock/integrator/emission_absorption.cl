@@ -15,6 +15,18 @@ typedef struct {
     real doubt;                // how many roundings these may be off, relatively
 } gathered;
 
+// Lanes where what lies ahead may still add to the radiance by more than it is rounded by, in some channel. No medium and no
+// light gives more than 1 in the device's units (space.py), and a scene has 8 and 64 of them at most.
+static inline mask more_is_seen(const gathered *found, spectrum known) {
+    mask seen = (mask)0;
+    for (int c = 0; c < CHANNELS; ++c) {
+        real through = exp(-coefficient_channel(found->depth.sum, c));
+        real sure = larger(spectrum_channel(known, c), spectrum_channel(found->radiance, c));
+        seen |= test(through > 0.f) & test(72.f * through > EPSILON * sure);
+    }
+    return seen;
+}
+
 // known: radiance that arrives at least, so that what hardly adds to it takes no small steps.
 static inline void gather_emission(const struct world *world, const camera_path *ray, number tolerance, spectrum known, gathered *found) {
     found->radiance = found->bound = spectrum_grey((real)0.f);
@@ -69,7 +81,7 @@ static inline void gather_emission(const struct world *world, const camera_path 
             step.width = pick(step.width, (real)1.f, over);
             active &= ~over | test(from < end);
         }
-        active &= optical_depth_is_finite(&found->depth);
+        active &= more_is_seen(found, known);
     }
 }
 
@@ -77,7 +89,7 @@ static inline void emission_absorption(const struct world *world, __global float
     const integer pixel = (integer)(int)((uint)get_global_id(0) * LANES) + lane_index();
     const integer width = (integer)(int)world->scene->film.width, y = pixel / width, x = pixel - y * width;
     moments sums[CHANNELS] = {{0}};
-    integer rejected = (integer)0;
+    audit amiss = {0};
 
     // No smaller than what rounding leaves of the rules' differences.
     const number asked = world->scene->integrator.tolerance, least = 1024 * EPSILON;
@@ -93,14 +105,13 @@ static inline void emission_absorption(const struct world *world, __global float
             for (int c = 0; c < CHANNELS; ++c) {
                 real arriving = spectrum_channel(light, c), tau = coefficient_channel(found.depth.sum, c);
                 real through = arriving * exp(-tau), own = spectrum_channel(found.radiance, c);
-                real off = spectrum_channel(found.bound, c) + own * (4.f + found.doubt) * EPSILON;
+                real off = spectrum_channel(found.bound, c) + own * (5.f + found.doubt) * EPSILON;
                 spectrum_channel(value, c) = own + through;
                 spectrum_channel(bound, c) = off + transmitted_bound(through, arriving, tau * found.doubt);
                 spectrum_channel(known, c) = larger(spectrum_channel(value, c) - spectrum_channel(bound, c), (real)0.f);
             }
         }
-        for (int c = 0; c < CHANNELS; ++c) film_add(&sums[c], spectrum_channel(value, c), spectrum_channel(bound, c), &bad);
-        rejected -= bad;
+        for (int c = 0; c < CHANNELS; ++c) film_add(&sums[c], spectrum_channel(value, c), spectrum_channel(bound, c), &amiss, &bad);
     }
-    film_store(sums, rejected, film, faults);
+    film_store(sums, &amiss, film, faults);
 }

@@ -7,7 +7,7 @@ static inline void transmittance(const struct world *world, __global float *film
     const integer pixel = (integer)(int)((uint)get_global_id(0) * LANES) + lane_index();
     const integer width = (integer)(int)world->scene->film.width, y = pixel / width, x = pixel - y * width;
     moments sums[CHANNELS] = {{0}};
-    integer rejected = (integer)0;
+    audit found = {0};
 
     for (uint sample = first; sample - first < samples; ++sample) {
         camera_path ray = camera_path_of(world, x, y, sample);
@@ -17,9 +17,8 @@ static inline void transmittance(const struct world *world, __global float *film
         for (int c = 0; c < CHANNELS; ++c) {
             real arriving = spectrum_channel(light, c), value = arriving * exp(-coefficient_channel(depth, c));
             real bound = transmitted_bound(value, arriving, coefficient_channel(doubt, c));
-            film_add(&sums[c], value, bound, &bad);
+            film_add(&sums[c], value, bound, &found, &bad);
         }
-        rejected -= bad;
     }
-    film_store(sums, rejected, film, faults);
+    film_store(sums, &found, film, faults);
 }

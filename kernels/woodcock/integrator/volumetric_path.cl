@@ -1,5 +1,6 @@
 // The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
 // One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+#include "core/audit.h"
 #include "core/box.h"
 #include "core/moments.h"
 #include "core/path.h"
@@ -41,23 +42,18 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     path_begin(&p, world, x, y, live);
     next_event event = {0};
     moments sums[CHANNELS] = {{0}};
-    integer rejected = (integer)0, violations = (integer)0;
+    audit found = {0};
     const word last = (word)(first + samples - 1u);
 
     while (some(live)) {
         // Tentative collision, of a flight or of a shadow walk.
         words w = rng_next(&p.random, (mask)-1);
-        real distance = unit_positive(w.x, w.w), u = unit(w.w);
-        if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
-            words deep = rng_words(&p.random, p.random.dimension | 0x80000000u);
-            distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
-            u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
-        }
-        path_advance(&p, -log(distance) * mean_free_path);
+        real u, depth = rng_flight(&p.random, w, &u);
+        path_advance(&p, depth * mean_free_path);
         mask escape = test(p.t >= p.t_exit);
         vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
         real density = volume_density(world, at, w);
-        violations -= test(density > 1.000001f);
+        audit_majorant(&found, density, spectrum_max(p.throughput), live & test(density > 1.000001f));
         mask flying = live & ~next_event_walking(&event);
         mask collide = free_flight_collides(density, u) & ~escape & flying;
         mask leave = escape & flying;
@@ -87,9 +83,12 @@ static inline void volumetric_path(const struct world *world, __global float *fi
             spectrum sky = spectrum_multiply(p.throughput, light_radiance(world, p.direction));
             spectrum total = spectrum_pick(p.radiance, spectrum_add(p.radiance, sky), leave);
             mask bad = (mask)0;
-            for (int c = 0; c < CHANNELS; ++c)
-                bad |= ~(test(spectrum_channel(total, c) >= 0.f) & test(spectrum_channel(total, c) < INFINITY));
-            rejected -= bad & end;
+            for (int c = 0; c < CHANNELS; ++c) {
+                real value = spectrum_channel(total, c);
+                mask wrong = end & ~bad & ~(test(value >= 0.f) & test(value < INFINITY));
+                audit_value(&found, value, wrong);
+                bad |= wrong;
+            }
             for (int c = 0; c < CHANNELS; ++c)
                 moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
             live &= ~(end & test(p.random.sample == last));
@@ -98,12 +97,6 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         }
     }
 
-    for (int c = 0; c < CHANNELS; ++c) {
-        lanes_store(sums[c].sum, film + (size_t)(4 * c) * pixels + lane0);
-        lanes_store(sums[c].sum_low, film + (size_t)(4 * c + 1) * pixels + lane0);
-        lanes_store(sums[c].square, film + (size_t)(4 * c + 2) * pixels + lane0);
-        lanes_store(sums[c].square_low, film + (size_t)(4 * c + 3) * pixels + lane0);
-    }
-    lanes_store(integer_as_word(rejected), faults + lane0);
-    lanes_store(integer_as_word(violations), faults + pixels + lane0);
+    for (int c = 0; c < CHANNELS; ++c) moments_store(&sums[c], film + (size_t)(4 * c) * pixels + lane0, pixels);
+    audit_store(&found, faults + lane0, pixels);
 }

@@ -6,6 +6,7 @@
 // because the first of independent exponential clocks rings as one clock of the sum of their rates, and it is the
 // medium's turn that rang: their phase functions mix by themselves. Where a path collides, it sends a walk, another kind of
 // segment, to a light, and scatters when the walk has ended.
+#include "core/audit.h"
 #include "core/box.h"
 #include "core/moments.h"
 
@@ -45,6 +46,7 @@ static inline void segments_begin(path *p, surface_state *s, const struct world 
     surfaces_ahead(s, p, world, &end, fresh);
     p->reach = pick(p->reach, end, fresh);
     p->end = pick(p->end, end, fresh);
+    p->end_low = pick(p->end_low, (real)0.f, fresh);
     fresh &= ~equiangular_start(p, world, fresh & ~p->walking);
     mask flying = fresh & ~p->walking, walking = fresh & p->walking;
     p->clock = pick(p->clock, (integer)-1, fresh);
@@ -73,20 +75,20 @@ static inline void volumetric_path_full(const struct world *world, __global floa
     p.random.seed = world->scene->film.seed;
     mask live = (mask)-1;
     moments sums[CHANNELS + LAYERS] = {{0}};
-    integer rejected = (integer)0, violations = (integer)0;
+    audit found = {0};
     const word last = (word)(first + samples - 1u);
     path_begin(&p, &s, world, x, y, live);
 
     while (some(live)) {
         if (some(p.fresh)) segments_begin(&p, &s, world, &walk);
         mask collided, lost;
-        grids_step(&p, world, &walk, &violations, &collided, &lost);
+        grids_step(&p, world, &walk, &found, &collided, &lost);
         mask ended = live & ~p.tracking & ~p.fresh;
         if (!some(ended)) continue;
 
         // What ended the segment: a collision in a constant medium, a surface, or nothing at all.
         mask arrived = ended & ~collided & ~lost, flown = arrived & ~p.walking;
-        emission_of_piece(&p, world, p.tracked, p.end, flown);
+        emission_of_piece(&p, world, p.tracked, p.tracked_low, p.end, p.end_low, flown);
         path_survive(&p, world, p.end, flown);
         mask rung = flown & test(p.clock >= 0);
         if (some(rung)) {
@@ -143,9 +145,13 @@ static inline void volumetric_path_full(const struct world *world, __global floa
         if (some(end)) {
             path_gain(&p, spectrum_multiply(p.throughput, light_escape(world, p.direction, p.pdf)), p.order, leave);
             mask bad = end & surfaces_given_up(&s, end);
-            for (int c = 0; c < CHANNELS; ++c)
-                bad |= ~(test(spectrum_channel(p.radiance, c) >= 0.f) & test(spectrum_channel(p.radiance, c) < INFINITY));
-            rejected -= bad & end;
+            found.unfinished -= bad;
+            for (int c = 0; c < CHANNELS; ++c) {
+                real value = spectrum_channel(p.radiance, c);
+                mask wrong = end & ~bad & ~(test(value >= 0.f) & test(value < INFINITY));
+                audit_value(&found, value, wrong);
+                bad |= wrong;
+            }
             for (int c = 0; c < CHANNELS; ++c)
                 moments_add(&sums[c], pick((real)0.f, spectrum_channel(p.radiance, c), end & ~bad));
             for (int k = 0; k < LAYERS; ++k) moments_add(&sums[CHANNELS + k], pick((real)0.f, layer_value(&p, k), end & ~bad));
@@ -155,12 +161,6 @@ static inline void volumetric_path_full(const struct world *world, __global floa
         }
     }
 
-    for (int c = 0; c < CHANNELS + LAYERS; ++c) {
-        lanes_store(sums[c].sum, film + (size_t)(4 * c) * pixels + lane0);
-        lanes_store(sums[c].sum_low, film + (size_t)(4 * c + 1) * pixels + lane0);
-        lanes_store(sums[c].square, film + (size_t)(4 * c + 2) * pixels + lane0);
-        lanes_store(sums[c].square_low, film + (size_t)(4 * c + 3) * pixels + lane0);
-    }
-    lanes_store(integer_as_word(rejected), faults + lane0);
-    lanes_store(integer_as_word(violations), faults + pixels + lane0);
+    for (int c = 0; c < CHANNELS + LAYERS; ++c) moments_store(&sums[c], film + (size_t)(4 * c) * pixels + lane0, pixels);
+    audit_store(&found, faults + lane0, pixels);
 }

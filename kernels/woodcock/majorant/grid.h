@@ -17,7 +17,7 @@ typedef struct {
 } majorant_walk;
 
 // One axis of a new walk. An axis along which the ray does not move has its planes infinitely far ahead.
-static inline void majorant_grid_axis(real origin, real along, float per_cell, int cells, real near, real *cell, real *per_plane,
+static inline void majorant_grid_axis(real origin, real along, number per_cell, int cells, real near, real *cell, real *per_plane,
                                       real *first_plane, real *far) {
     real o = origin * per_cell, d = along * per_cell, last = (real)(float)(cells - 1);
     mask forward = test(d > 0.f), still = ~(test(d > 1e-30f) | test(d < -1e-30f));

@@ -2,7 +2,7 @@
 // with base = 1 / N and square = α / N from the host, so that no α overflows.
 #include "phase/lobe_henyey_greenstein.h"
 
-static inline real lobe_draine_at(float g, float gap, float base, float square, vector in, vector out) {
+static inline real lobe_draine_at(number g, number gap, number base, number square, vector in, vector out) {
     real cosine = vector_dot(in, out);
     return lobe_henyey_greenstein_at(g, gap, in, out) * (base + square * cosine * cosine);
 }
@@ -13,8 +13,8 @@ static inline real lobe_draine_at(float g, float gap, float base, float square, 
 //     cos θ = 1 - y (gap + g y / 2) there, 0 <= y <= 2, with h = (1 + g) y / 2 (gap + g y), and Draine's share is
 //     h (base + square ((1 - gap y / 2)² + gap (gap + g y) y² / 12)), which grows by base + square cos² θ per h:
 // sums of positive terms alone. Lanes begin at the pole that is nearer by share, where small shares keep their digits.
-static inline vector lobe_draine_around(float g, float gap, float base, float square, vector in, real u, real v) {
-    float size = fabs(g);
+static inline vector lobe_draine_around(number g, number gap, number base, number square, vector in, real u, real v) {
+    number size = fabs(g);
     mask backward = test(u < 0.5f);
     real wanted = pick(1.f - u, u, backward);
     real towards = pick((real)size, (real)-size, backward);

@@ -3,8 +3,8 @@
 #include "core/warp.h"
 
 // p = (1 - g²) / 4π (1 + g² - 2 g cos θ)^(3/2), with 1 + g² - 2 g cos θ = gap² + 2 |g| m and m = |in ∓ out|² / 2.
-static inline real lobe_henyey_greenstein_at(float g, float gap, vector in, vector out) {
-    vector chord = vector_along(in, (real)-copysign(1.f, g), out);
+static inline real lobe_henyey_greenstein_at(number g, number gap, vector in, vector out) {
+    vector chord = vector_along(in, (real)-copysign((number)1.f, g), out);
     real squared = gap * gap + fabs(g) * vector_dot(chord, chord);
     return 0.0795774715f * gap * (1.f + fabs(g)) / (squared * sqrt(squared));
 }

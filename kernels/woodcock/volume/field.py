@@ -174,7 +174,8 @@ def _encoded(values: Values, storage: str, step: float) -> Values:
     if values.dtype == STORED[storage] and step == 1:
         return values
     with np.errstate(over="ignore"):
-        scaled = values.astype(np.float64) / step if step < 1e-37 else values.astype(np.float32) / np.float32(step)
+        narrow = 1e-37 < step < 1e37
+        scaled = values.astype(np.float32) / np.float32(step) if narrow else values.astype(np.float64) / step
         if storage == "uint8":
             scaled = np.clip(np.rint(scaled), 0, 255)
         stored: Values = scaled.astype(STORED[storage])

@@ -93,12 +93,20 @@ def storage(values: NDArray[np.generic]) -> str:
 
 
 def bricks(values: NDArray[np.generic], kind: str) -> NDArray[np.generic]:
-    """(depth, height, width) -> bricks of 4³ in one run, the border padded with its own values."""
+    """(depth, height, width) -> bricks of 4³ in one run, the border padded with its own values; halves as bits."""
     dtype = {"uint8": np.uint8, "half": np.float16, "float": np.float32}[kind]
     padded = np.pad(values.astype(dtype, copy=False), [(0, -n % BRICK) for n in values.shape], mode="edge")
     counts = [n // BRICK for n in padded.shape]
     split = padded.reshape(counts[0], BRICK, counts[1], BRICK, counts[2], BRICK)
-    return np.ascontiguousarray(split.transpose(0, 2, 4, 1, 3, 5)).reshape(-1)
+    if kind == "float" and (factor := lift(float(values.max()))) != 1:
+        split = split * np.float32(factor)
+    run: NDArray[np.generic] = np.ascontiguousarray(split.transpose(0, 2, 4, 1, 3, 5)).reshape(-1)
+    return run.view(np.uint16) if kind == "half" else run
+
+
+def lift(largest: float) -> float:
+    """What floats are stored times, so that the largest has an inverse with all its digits."""
+    return 2.0**64 if 0 < largest < 2.0**-126 else 2.0**-64 if largest > 2.0**126 else 1.0
 
 
 def record(volume: GridVolume, grid: Grid, largest: float, space: Space) -> dict[str, Array | float | int]:
@@ -112,7 +120,7 @@ def record(volume: GridVolume, grid: Grid, largest: float, space: Space) -> dict
         "depth": depth,
         "bricks_x": -(-width // BRICK),
         "bricks_y": -(-height // BRICK),
-        "relative": 1 / largest if largest > 0 else 0.0,
+        "relative": 1 / (largest * lift(largest)) if largest > 0 else 0.0,
     }
 
 

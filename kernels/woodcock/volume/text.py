@@ -224,7 +224,7 @@ class Writer:
 
     def _coefficient(self, sigma_t: Array) -> Array:
         """σ_t in the device's units, (), or (1,) or (3,) where the scene's are colours."""
-        return np.ldexp(sigma_t if self.grey else np.atleast_1d(sigma_t), self.space.length_exponent)
+        return self.space.coefficients(sigma_t if self.grey else np.atleast_1d(sigma_t))
 
     def _sigma_t(self, value: str, channels: int = 1) -> str:
         number = f"world->scene->{self.name}.sigma_t"

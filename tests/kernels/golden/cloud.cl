@@ -16,6 +16,7 @@ typedef LANES_JOIN(int, LANES) mask;
 #define word_as_integer(x) LANES_JOIN(as_int, LANES)(x)
 #define integer_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define word_as_real(x) LANES_JOIN(as_float, LANES)(x)
+#define real_as_word(x) LANES_JOIN(as_uint, LANES)(x)
 #define test(condition) (condition)
 // Operators rather than the builtins select, any, fmin and fmax: PoCL may call these as functions, spilling all registers.
 #define pick(no, yes, chosen) ((chosen) ? (yes) : (no))
@@ -40,6 +41,18 @@ static inline integer clamp_index(integer i, int size) {
     return pick(i, last, test(i > last));
 }
 #line 14 "core/lanes_8.h"
+#line 1 "core/precision_float.h"
+// What depends on the precision of lanes: floats. EPSILON is the largest relative error of one rounding;
+// steps are no shorter than SMALLEST_STEP times where they begin.
+#define EPSILON 0x1p-24f
+#define SMALLEST_STEP 0x1p-16f
+
+static inline void store_pair(real high, real low, __global float *film, size_t plane) {
+    lanes_store(high, film);
+    lanes_store(low, film + plane);
+}
+#define store_count(n, p) lanes_store(integer_as_word(n), p)
+#define store_bits(x, p) lanes_store(real_as_word(x), p)
 #line 1 "core/rng.h"
 // Random numbers are addressed, not drawn in order: (seed, pixel, sample, dimension) -> four words, a 128-bit address.
 // So any range of samples can be rendered anywhere, in any order, again after a crash, and means the same.
@@ -71,7 +84,7 @@ typedef struct { word pixel, sample, dimension; uint seed; } rng_address;
 
 // The hash's low bits alone are biased (roulette on bit 0: by 0.8 %), so low halves are mixed with high ones.
 static inline words rng_words(const rng_address *at, word dimension) {
-    words v = {at->pixel, at->sample, dimension, (word)at->seed};
+    words v = {at->pixel, at->sample, (word)at->seed, dimension};
     v = pcg4d(v);
     v.x ^= v.x >> 16u;
     v.y ^= v.y >> 16u;
@@ -90,17 +103,30 @@ static inline words rng_next(rng_address *at, mask taken) {
 // Uniform in [0, 1), 24 bits.
 static inline real unit(word w) { return to_real(word_as_integer(w >> 8u)) * 0x1p-24f; }
 
-// Uniform in (0, 1], 40 bits: -log(u) follows the exponential law to 27 mean free paths. `low` gives the last 8 bits.
-static inline real unit_positive(word high, word low) {
-    return to_real(word_as_integer(high >> 8u)) * 0x1p-24f
-         + (to_real(word_as_integer(((high & 255u) << 8u) | (low & 255u))) + 0.5f) * 0x1p-40f;
-}
+// Uniform in (0, 1], 31 bits, of which a real keeps 24 significant ones: small values are as precise as large ones.
+static inline real unit_fine(word w) { return (to_real(word_as_integer(w >> 1u)) + 0.5f) * 0x1p-31f; }
 
-// Where the words above begin with 24 zeros, the uniforms go on from here with words of their own, so that tails and tiny
-// probabilities keep a full exponent; a free flight reaches 34 mean free paths (exp(-34) = 2^-49).
-static inline mask unit_is_deep(word w) { return test((w >> 8u) == 0u); }
-static inline real unit_positive_deep(word w) { return (to_real(word_as_integer(w >> 8u)) + 0.5f) * 0x1p-48f; }
-static inline real unit_deep(word w) { return unit(w) * 0x1p-24f; }
+// Below 2^-13 the bits go on with those of a word of its own, down to 2^-64.
+static inline mask unit_is_small(word w) { return test((w >> 19u) == 0u); }
+static inline real unit_small(word w, word deep) { return (to_real(word_as_integer(w >> 1u)) + unit_fine(deep)) * 0x1p-31f; }
+
+// A free flight, in mean free paths: the exponential law to 44 of them, and as precise for short ones. `u` is a uniform
+// of its own, for the choice at the flight's end; it is as precise for tiny probabilities.
+static inline real rng_flight(const rng_address *at, words w, real *u) {
+    real depth = -log(unit_fine(w.x));
+    *u = unit_fine(w.w);
+    mask long_or_short = unit_is_small(w.x + 0x40000u), choice = unit_is_small(w.w);
+    if (some(long_or_short | choice)) {
+        // No step has this address: dimensions stay below 2^31. (One high bit would not do: pcg4d hardly spreads it.)
+        words deep = rng_words(at, ~at->dimension);
+        real high = unit_small(w.x, deep.x), low = unit_small(~w.x, deep.x);
+        // -log(1 - low), to low^2 / 3.
+        real tail = pick(low + 0.5f * low * low, -log(high), test((w.x >> 31u) == 0u));
+        depth = pick(depth, tail, long_or_short);
+        *u = pick(*u, unit_small(w.w, deep.w), choice);
+    }
+    return depth;
+}
 #line 1 "core/vector.h"
 // Three-vectors: `vector` holds lanes, `vector3` and `affine` the same number for all lanes, as the scene's record does.
 typedef struct { real x, y, z; } vector;
@@ -308,6 +334,44 @@ static inline mask next_event_start(next_event *event, const struct world *world
 #line 1 "integrator/volumetric_path.cl"
 // The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
 // One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+#line 1 "core/audit.h"
+// What a kernel finds amiss in its own work: samples that are no radiance, by what they are, and tentative collisions where σ_t
+// exceeded its majorant: how many, the throughput of the paths that they befell, and by which factor at most.
+
+
+typedef struct {
+    integer nan, infinite, negative, unfinished, violations;
+    real touched, excess;
+} audit;
+
+// Counts values that are no radiance. There are none, as a rule: nothing but the question costs time.
+static inline void audit_value(audit *a, real value, mask bad) {
+    if (!some(bad)) return;
+    mask nan = bad & test(value != value), negative = bad & test(value < 0.f);
+    a->nan -= nan;
+    a->negative -= negative;
+    a->infinite -= bad & ~(nan | negative);
+}
+
+// Counts collisions with a σ_t of `excess` majorants.
+static inline void audit_majorant(audit *a, real excess, real throughput, mask violated) {
+    if (!some(violated)) return;
+    a->violations -= violated;
+    a->touched += pick((real)0.f, throughput, violated);
+    a->excess = pick(a->excess, larger(a->excess, excess), violated);
+}
+
+// Seven planes of one number a lane.
+static inline void audit_store(const audit *a, __global uint *faults, size_t plane) {
+    store_count(a->nan, faults);
+    store_count(a->infinite, faults + plane);
+    store_count(a->negative, faults + 2 * plane);
+    store_count(a->unfinished, faults + 3 * plane);
+    store_count(a->violations, faults + 4 * plane);
+    store_bits(a->touched, faults + 5 * plane);
+    store_bits(a->excess, faults + 6 * plane);
+}
+#line 4 "integrator/volumetric_path.cl"
 #line 1 "core/box.h"
 // A volume's bounds in its local space: from the origin to `size`.
 
@@ -335,7 +399,7 @@ static inline void box_clip(vector3 size, vector o, vector d, real *near, real *
     box_slab(o.y, d.y, size.y, near, far);
     box_slab(o.z, d.z, size.z, near, far);
 }
-#line 4 "integrator/volumetric_path.cl"
+#line 5 "integrator/volumetric_path.cl"
 #line 1 "core/moments.h"
 // Sum and sum of squares of a pixel's samples as unevaluated pairs of floats (about 48 bits): a range of samples gives
 // the same numbers, to the rounding of a float64 sum, however it is cut. Two-sum: Knuth; fast two-sum: Dekker (1971).
@@ -354,7 +418,13 @@ static inline void moments_add(moments *m, real x) {
     pair_add(&m->sum, &m->sum_low, x, (real)0.f);
     pair_add(&m->square, &m->square_low, square, fma(x, x, -square));
 }
-#line 5 "integrator/volumetric_path.cl"
+
+// Four planes of one number a lane.
+static inline void moments_store(const moments *m, __global float *film, size_t plane) {
+    store_pair(m->sum, m->sum_low, film, plane);
+    store_pair(m->square, m->square_low, film + 2 * plane, plane);
+}
+#line 6 "integrator/volumetric_path.cl"
 
 
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
@@ -394,23 +464,18 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     path_begin(&p, world, x, y, live);
     next_event event = {0};
     moments sums[CHANNELS] = {{0}};
-    integer rejected = (integer)0, violations = (integer)0;
+    audit found = {0};
     const word last = (word)(first + samples - 1u);
 
     while (some(live)) {
         // Tentative collision, of a flight or of a shadow walk.
         words w = rng_next(&p.random, (mask)-1);
-        real distance = unit_positive(w.x, w.w), u = unit(w.w);
-        if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
-            words deep = rng_words(&p.random, p.random.dimension | 0x80000000u);
-            distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
-            u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
-        }
-        path_advance(&p, -log(distance) * mean_free_path);
+        real u, depth = rng_flight(&p.random, w, &u);
+        path_advance(&p, depth * mean_free_path);
         mask escape = test(p.t >= p.t_exit);
         vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
         real density = volume_density(world, at, w);
-        violations -= test(density > 1.000001f);
+        audit_majorant(&found, density, spectrum_max(p.throughput), live & test(density > 1.000001f));
         mask flying = live & ~next_event_walking(&event);
         mask collide = free_flight_collides(density, u) & ~escape & flying;
         mask leave = escape & flying;
@@ -440,9 +505,12 @@ static inline void volumetric_path(const struct world *world, __global float *fi
             spectrum sky = spectrum_multiply(p.throughput, light_radiance(world, p.direction));
             spectrum total = spectrum_pick(p.radiance, spectrum_add(p.radiance, sky), leave);
             mask bad = (mask)0;
-            for (int c = 0; c < CHANNELS; ++c)
-                bad |= ~(test(spectrum_channel(total, c) >= 0.f) & test(spectrum_channel(total, c) < INFINITY));
-            rejected -= bad & end;
+            for (int c = 0; c < CHANNELS; ++c) {
+                real value = spectrum_channel(total, c);
+                mask wrong = end & ~bad & ~(test(value >= 0.f) & test(value < INFINITY));
+                audit_value(&found, value, wrong);
+                bad |= wrong;
+            }
             for (int c = 0; c < CHANNELS; ++c)
                 moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
             live &= ~(end & test(p.random.sample == last));
@@ -451,14 +519,8 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         }
     }
 
-    for (int c = 0; c < CHANNELS; ++c) {
-        lanes_store(sums[c].sum, film + (size_t)(4 * c) * pixels + lane0);
-        lanes_store(sums[c].sum_low, film + (size_t)(4 * c + 1) * pixels + lane0);
-        lanes_store(sums[c].square, film + (size_t)(4 * c + 2) * pixels + lane0);
-        lanes_store(sums[c].square_low, film + (size_t)(4 * c + 3) * pixels + lane0);
-    }
-    lanes_store(integer_as_word(rejected), faults + lane0);
-    lanes_store(integer_as_word(violations), faults + pixels + lane0);
+    for (int c = 0; c < CHANNELS; ++c) moments_store(&sums[c], film + (size_t)(4 * c) * pixels + lane0, pixels);
+    audit_store(&found, faults + lane0, pixels);
 }
 #line 1 "generated"
 

@@ -1,6 +1,7 @@
 // Tracking through all media that are grids at once: tentative collisions at the rate of one bound on the sum of their σ_t.
 // A flight collides for good with probability σ_t / bound (Woodcock et al. 1965); a walk multiplies by 1 - σ_t / bound
 // (ratio tracking: Cramer 1978, Novák et al. 2014).
+#include "core/audit.h"
 #include "core/box.h"
 
 static inline void grids_start(path *p, const struct world *world, majorant_walk *walk, mask fresh) {
@@ -11,30 +12,29 @@ static inline void grids_start(path *p, const struct world *world, majorant_walk
     mask inside = fresh & test(near < far);
     majorant_start(world, origin, along, near, far, walk, inside);
     p->tracking = (p->tracking & ~fresh) | inside;
-    emission_of_piece(p, world, (real)0.f, near, inside & ~p->walking);
+    emission_of_piece(p, world, (real)0.f, (real)0.f, near, (real)0.f, inside & ~p->walking);
     p->tracked = pick(p->tracked, pick((real)0.f, near, inside), fresh);
+    p->tracked_low = pick(p->tracked_low, (real)0.f, fresh);
 }
 
 // One tentative collision. `collided`: flights that have; `lost`: walks that have lost all their weight.
-static inline void grids_step(path *p, const struct world *world, majorant_walk *walk, integer *violations, mask *collided,
+static inline void grids_step(path *p, const struct world *world, majorant_walk *walk, audit *found, mask *collided,
                               mask *lost) {
     mask active = p->tracking;
     words w = rng_next(&p->random, active);
-    real distance = unit_positive(w.x, w.w), u = unit(w.w);
-    if (some(unit_is_deep(w.x) | unit_is_deep(w.w))) {
-        words deep = rng_words(&p->random, p->random.dimension | 0x80000000u);
-        distance = pick(distance, unit_positive_deep(deep.x), unit_is_deep(w.x));
-        u = pick(u, unit_deep(deep.w), unit_is_deep(w.w));
-    }
-    mask out = majorant_step(world, walk, -log(distance), active);
+    real u, depth = rng_flight(&p->random, w, &u);
+    mask out = majorant_step(world, walk, depth, active);
     mask event = active & ~out, flying = event & ~p->walking, walking = event & p->walking;
     integer medium;
     coefficient own, sigma_t = grids_sigma_t(world, p, walk->t, w, u * walk->bound, &medium, &own);
-    *violations -= event & test(coefficient_max(sigma_t) > walk->bound * 1.000001f);
+    real largest = coefficient_max(sigma_t);
+    audit_majorant(found, largest / walk->bound, spectrum_max(p->throughput), event & test(largest > walk->bound * 1.000001f));
 
     mask collide = flying & test(u * walk->bound < coefficient_of_hero(sigma_t, p->hero));
-    emission_of_piece(p, world, p->tracked, walk->t, active & ~p->walking);
+    real low = pick(walk->t_low, (real)0.f, out);
+    emission_of_piece(p, world, p->tracked, p->tracked_low, walk->t, low, active & ~p->walking);
     p->tracked = pick(p->tracked, walk->t, active);
+    p->tracked_low = pick(p->tracked_low, low, active);
     path_null(p, sigma_t, walk->bound, flying & ~collide);
 
     coefficient kept;

@@ -19,8 +19,9 @@ def clocks(volumes: Sequence[Volume]) -> str:
         f"""\
     clocks_interval_{i}(world, p, p->end, &near, &far);
     sigma_t = medium_{i}_sigma_t_exact(world, p->origin);
-    ringing = flying & clocks_time(p, near, far, coefficient_of_hero(sigma_t, p->hero), flying, &t);
+    ringing = flying & clocks_time(p, near, far, coefficient_of_hero(sigma_t, p->hero), flying, &t, &low);
     p->end = pick(p->end, t, ringing);
+    p->end_low = pick(p->end_low, low, ringing);
     p->clock = pick(p->clock, (integer){i}, ringing);
 """
         for i, _ in constants
@@ -40,20 +41,19 @@ def clocks(volumes: Sequence[Volume]) -> str:
     return (
         "".join(_interval(i, volume) for i, volume in constants)
         + f"""\
-// Does the clock of a medium between near and far ring there, and at what length?
-static inline mask clocks_time(path *p, real near, real far, real sigma_t, mask flying, real *t) {{
+// Does the clock of a medium between near and far ring there, at what length, and what did rounding leave of that?
+static inline mask clocks_time(path *p, real near, real far, real sigma_t, mask flying, real *t,
+                               real *low) {{
     words w = rng_next(&p->random, flying);
-    real u = unit_positive(w.x, w.w);
-    if (some(unit_is_deep(w.x))) {{
-        words deep = rng_words(&p->random, p->random.dimension | 0x80000000u);
-        u = pick(u, unit_positive_deep(deep.x), unit_is_deep(w.x));
-    }}
-    *t = near - log(u) / sigma_t;
-    return test(*t < far);
+    real unused, flight = rng_flight(&p->random, w, &unused) / sigma_t;
+    *t = near + flight;
+    mask ringing = test(flight < far - near + pick((real)0.f, p->end_low, test(far == p->end)));
+    *low = pick((real)0.f, flight - (*t - near), ringing);
+    return ringing;
 }}
 static inline void clocks_ring(const struct world *world, path *p, mask flying) {{
     if (!some(flying)) return;
-    real near, far, t;
+    real near, far, t, low;
     coefficient sigma_t;
     mask ringing;
 {ring}}}
@@ -227,14 +227,16 @@ def emission(volumes: Sequence[Volume]) -> str:
              affine_direction(&world->scene->medium_{i}.to_local, p->direction), &near, &far);
 """
         parts.append(f"""\
-{clip}    length = larger(far - near, (real)0.f);
+{clip}    length = far - near + pick((real)0.f, to_low, test(far == to));
+    length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
     t = near + u * length;
     found = medium_{i}_emission(world, {local(i, volume, "vector_along(p->origin, t, p->direction)")});
     found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
     sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
 """)
     return f"""\
-static inline spectrum media_emission(const struct world *world, const path *p, real from, real to, real u) {{
+static inline spectrum media_emission(const struct world *world, const path *p, real from, real from_low, real to,
+                                      real to_low, real u) {{
     spectrum found, sum = spectrum_grey((real)0.f);
     real near, far, length, t;
 {"".join(parts)}    return sum;

@@ -9,9 +9,10 @@ typedef struct {
     // `end` to the collision in a constant medium (`clock`, its index, or -1) if that is.
     vector origin, direction;
     real length, reach, end;
+    real end_low;       // what rounding left of `end`
     integer clock;
     word inside;        // the meshes of media that hold the segment's origin, one bit each
-    real tracked;       // up to where tracking through grids has come
+    real tracked, tracked_low; // up to where tracking through grids has come, and what rounding left of it
     mask fresh;         // the segment has not begun
     mask walking;       // a walk that measures transmittance, not a flight
     mask tracking;      // inside the grids' bounds

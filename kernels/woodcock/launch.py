@@ -1,0 +1,62 @@
+"""A built program with what it reads: one launch renders a range of samples of every pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from woodcock.device import Context
+from woodcock.faults import PLANES
+from woodcock.program import OPTIONS, Program
+from woodcock.space import Array
+
+#: Work items of a group: a warp of a GPU, and on a CPU few enough that no core waits long for the others.
+GROUP = 32
+
+
+class Launcher:
+    """inputs: on the device, by name; first the scene's record, then the program's buffers in order."""
+
+    def __init__(self, context: Context, program: Program, channels: int, inputs: Mapping[str, Any]) -> None:
+        """channels: of the film. Raises DeviceError for a program that the device cannot build."""
+        self.context, self.lanes, self.inputs = context, program.lanes, dict(inputs)
+        self._channels = channels
+        self._kernel = context.build(program.text, OPTIONS, "render")
+
+    def with_inputs(self, arrays: Mapping[str, Any]) -> Launcher:
+        """The same program, reading other arrays by these names."""
+        other = copy(self)
+        other.inputs = dict(self.inputs)
+        other.upload(arrays)
+        return other
+
+    def upload(self, arrays: Mapping[str, Any]) -> None:
+        """Raises DeviceError for an array that is larger than the device takes."""
+        for name, array in arrays.items():
+            self.inputs[name] = self.context.upload(array)
+
+    def run(self, pixels: int, first: int, samples: int) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """Samples [first, first + samples) of so many pixels: sums (channels, 4, pixels), faults (PLANES, pixels)."""
+        items = -(-pixels // (self.lanes * GROUP)) * GROUP
+        sums = np.zeros((self._channels, 4, items * self.lanes), np.float32)
+        faults = np.zeros((PLANES, items * self.lanes), np.uint32)
+        outputs = [self.context.output(array) for array in (sums, faults)]
+        numbers = np.uint32(first), np.uint32(samples)
+        self._kernel(self.context.queue, (items,), (GROUP,), *self.inputs.values(), *outputs, *numbers)
+        for array, buffer in zip((sums, faults), outputs, strict=True):
+            self.context.download(array, buffer)
+        return sums[..., :pixels], faults[:, :pixels]
+
+
+def statistics(sums: NDArray[np.float32], samples: int) -> tuple[Array, Array]:
+    """Mean and M2, (pixels, channels), of a launch's pairs (channels, 4, pixels)."""
+    pairs = sums.astype(np.float64)
+    total, squares = pairs[:, 0] + pairs[:, 1], pairs[:, 2] + pairs[:, 3]
+    mean = total / samples
+    # A square below 2^-126 may count as 0: so much is added where that is not nothing beside the rest.
+    lost = np.where((mean > 0) & (mean < 2.0**-50), samples * 2.0**-126, 0.0)
+    return mean.T, (np.maximum(squares - total * mean, 0) + lost).T

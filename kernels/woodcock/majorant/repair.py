@@ -1,0 +1,50 @@
+"""Progressive repair: a majorant that tracking found too low is raised, and the launch that found it rendered again.
+
+A majorant below σ_t is a bias. Bounds are computed from what is stored, so that none should be; where one is
+nevertheless, the largest σ_t / majorant of a launch says by how much at least. Misso et al., "Progressive null-tracking
+for volumetric rendering", SIGGRAPH 2023, raise the bound for the samples to come and stay consistent: what an excess
+that is not yet found leaves vanishes as samples grow. Here the samples that found it are not kept either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from woodcock.layout import Layout, Record
+
+#: Of what was found, so that values a little higher need no other round.
+MARGIN = 1.01
+
+#: Launches in a row that are rendered again at most; the last is kept, with its violations.
+MOST_ROUNDS = 8
+
+
+def raised(layout: Layout, excess: float) -> Layout:
+    """The same scene under a majorant higher by a little more than `excess`; its program is the same."""
+    factor = excess * MARGIN
+    buffers = {name: _scaled(array, factor) if is_bound(name) else array for name, array in layout.buffers.items()}
+    return replace(layout, records=tuple(_raised(record, factor) for record in layout.records), buffers=buffers)
+
+
+def is_bound(name: str) -> bool:
+    """Whether a buffer holds bounds."""
+    return name.startswith("majorant_")
+
+
+def _raised(record: Record, factor: float) -> Record:
+    # The small loop's densities are relative to the majorant.
+    shrinking = {"majorant_global": "mean_free_path", "volume_grid": "relative"}.get(record.struct)
+    if shrinking is None:
+        return record
+    values: Mapping[str, Any] = {**record.values, shrinking: record.values[shrinking] / factor}
+    return replace(record, values=values)
+
+
+def _scaled(array: Any, factor: float) -> NDArray[np.float32]:
+    values: NDArray[np.float32] = array.array() if hasattr(array, "pieces") else array
+    return values * np.float32(factor)

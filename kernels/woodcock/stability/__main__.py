@@ -1,0 +1,4 @@
+from woodcock.stability.cases import CASES
+from woodcock.stability.children import serve
+
+serve(CASES)

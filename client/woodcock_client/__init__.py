@@ -11,7 +11,17 @@ with Client("http://127.0.0.1:8000") as client:
 """
 
 from woodcock_client.client import Artifact, Client, ServiceError, Unreachable
-from woodcock_client.models import Device, FieldError, Grid, Job, JobSummary, Links, Volume
+from woodcock_client.models import (
+    Device,
+    FieldError,
+    Grid,
+    Job,
+    JobSummary,
+    Links,
+    Stability,
+    StabilityRow,
+    Volume,
+)
 
 __all__ = [
     "Artifact",
@@ -23,6 +33,8 @@ __all__ = [
     "JobSummary",
     "Links",
     "ServiceError",
+    "Stability",
+    "StabilityRow",
     "Unreachable",
     "Volume",
 ]

@@ -20,6 +20,7 @@ EXTRAS = {
     "render": "render,pocl",
     "devices": "render,pocl",
     "schema": "render",
+    "stability": "render,pocl",
     "import": "render",
     "serve": "server,pocl",
 }
@@ -158,6 +159,12 @@ def submit(
         ),
     ] = None,
     name: Annotated[str | None, typer.Option(help="Name in the gallery; by default the scene file's.")] = None,
+    device: Annotated[
+        str,
+        typer.Option(
+            metavar="ID", help="Render on this device alone, even if it failed its stability check; any: all trusted."
+        ),
+    ] = "any",
     server: Annotated[
         str, typer.Option(metavar="URL", envvar="WOODCOCK_SERVER", help="Address of the service.")
     ] = "http://127.0.0.1:8000",
@@ -173,7 +180,7 @@ def submit(
         _fail(f"--server: {error}", BAD_INPUT)
 
     with client:
-        job = client.submit(load(scene), name=scene.stem if name is None else name)
+        job = client.submit(load(scene), name=scene.stem if name is None else name, device=device)
         page = f"{client.base_url}/renders/{job.id}"
         typer.echo(page)
         if not follow and output is None:

@@ -17,7 +17,18 @@ from pydantic import BaseModel, ValidationError
 
 from woodcock.scene import Scene, SceneError, files, with_files
 from woodcock_client.download import replacing
-from woodcock_client.models import Device, DeviceList, FieldError, Job, JobPage, JobSummary, Problem, State, Volume
+from woodcock_client.models import (
+    Device,
+    DeviceList,
+    FieldError,
+    Job,
+    JobPage,
+    JobSummary,
+    Problem,
+    Stability,
+    State,
+    Volume,
+)
 
 Artifact = Literal["image.exr", "preview.png", "report.json"]
 Model = TypeVar("Model", bound=BaseModel)
@@ -75,15 +86,16 @@ class Client:
 
     # Jobs
 
-    def submit(self, scene: Scene, *, name: str = "") -> Job:
+    def submit(self, scene: Scene, *, name: str = "", device: str = "any") -> Job:
         """Queue a render; files named by a path are uploaded first, unless the service already has them.
 
-        Returns once the service has committed the job. Raises SceneError if a file cannot be read.
+        `device` is the id of the one that is to render it alone, even if it is not trusted. Returns once the service
+        has committed the job. Raises SceneError if a file cannot be read.
         """
         uploaded = {file: self._upload_for(file) for file in files(scene) if not file.startswith("sha256:")}
         scene = with_files(scene, lambda file: uploaded.get(file, file))
-        response = self._request("POST", "/api/v1/jobs", json={"scene": scene.model_dump(mode="json"), "name": name})
-        return self._read(Job, response)
+        body = {"scene": scene.model_dump(mode="json"), "name": name, "device": device}
+        return self._read(Job, self._request("POST", "/api/v1/jobs", json=body))
 
     def job(self, id: str) -> Job:
         """The job as it is now, with its scene."""
@@ -185,6 +197,17 @@ class Client:
         """The devices that the service renders on, those that failed their check among them."""
         return self._read(DeviceList, self._request("GET", "/api/v1/devices")).items
 
+    def check_device(self, id: str) -> Stability:
+        """Begin a stability check of a device, unless one is under way; it takes minutes."""
+        return self._read(Stability, self._request("POST", _stability_path(id)))
+
+    def stability(self, id: str) -> Stability:
+        """The check of a device that is under way, or else its newest outcome.
+
+        Raises ServiceError with status 404 for a device that is not checked.
+        """
+        return self._read(Stability, self._request("GET", _stability_path(id)))
+
     def _upload_for(self, file: str) -> str:
         try:
             return self.upload(Path(file)).id
@@ -243,3 +266,7 @@ class Client:
 
 def _job_path(id: str) -> str:
     return f"/api/v1/jobs/{quote(id, safe='')}"
+
+
+def _stability_path(id: str) -> str:
+    return f"/api/v1/devices/{quote(id, safe='')}/stability"

@@ -36,11 +36,14 @@ class JobSummary(Answer):
     error of a pixel's luminance (root mean square over the picture, in the scene's unit of radiance), and
     `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated. Where
     `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
+    `device` is the one that was asked for, or "any"; `devices` have rendered it. `waiting` says why a queued job would
+    not be rendered even if no other were before it.
     """
 
     id: str
     name: str
     state: State
+    waiting: str | None = None
     created_at: datetime
     started_at: datetime | None = None
     finished_at: datetime | None = None
@@ -52,6 +55,7 @@ class JobSummary(Answer):
     seconds: float
     rmse: float | None = None
     relative_rmse: float | None = None
+    device: str = "any"
     devices: tuple[str, ...] = ()
     integrator: str | None = None
     error: str | None = None
@@ -108,7 +112,9 @@ class Volume(Answer):
 class Device(Answer):
     """A device the service renders on.
 
-    `memory` in bytes; `lanes` the vector widths that work; `fault` why none does.
+    `memory` in bytes; `lanes` the vector widths that work. `state`: "failed" devices cannot be used, and `fault` says
+    why; "distrusted" ones failed their newest stability check, and render only jobs that ask for them. `checked_at` and
+    `failures` are of that check; `failures` holds its first sentences, `Client.stability` the rest.
     """
 
     id: str
@@ -119,12 +125,48 @@ class Device(Answer):
     compute_units: int
     memory: int
     lanes: tuple[int, ...] = ()
-    state: Literal["ready", "failed"]
+    state: Literal["ready", "distrusted", "failed"]
     fault: str | None = None
+    stability: Literal["not checked", "running", "passed", "failed"] = "not checked"
+    checked_at: datetime | None = None
+    failures: tuple[str, ...] = ()
 
 
 class DeviceList(Answer):
     items: tuple[Device, ...]
+
+
+class StabilityRow(Answer):
+    """One stiff or extreme case, held against its exact answer.
+
+    `deviation` is got - expected in `unit`, and `limit` what its size may be; null where nothing could be compared.
+    `says` is what is wrong, or what cannot be expressed; empty where the case passed.
+    """
+
+    group: str
+    case: str
+    expected: float | None = None
+    got: float | None = None
+    deviation: float | None = None
+    unit: str
+    limit: float | None = None
+    verdict: Literal["passed", "failed", "not expressible"]
+    says: str = ""
+    seconds: float
+
+
+class Stability(Answer):
+    """A stability check of a device, by Woodcock's `version`.
+
+    `started_at` is null while it waits for the job that the device renders; `rows` come with its end.
+    """
+
+    device: str
+    state: Literal["running", "passed", "failed"]
+    version: str
+    started_at: datetime | None = None
+    finished_at: datetime | None = None
+    rows: tuple[StabilityRow, ...] = ()
 
 
 class FieldError(Answer):

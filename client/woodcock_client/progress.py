@@ -33,16 +33,19 @@ def _bar(changes: Iterable[JobSummary], console: Console) -> JobSummary:
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("", total=1.0, state="queued", samples="", error="")
         for job in changes:
-            progress.update(task, completed=job.fraction, state=job.state, samples=samples(job), error=error(job))
+            said = job.waiting or error(job)
+            progress.update(task, completed=job.fraction, state=job.state, samples=samples(job), error=said)
     return job
 
 
 def _lines(changes: Iterable[JobSummary], console: Console) -> JobSummary:
     shown: JobSummary | None = None
     for job in changes:
-        if shown is None or job.state != shown.state or job.fraction >= shown.fraction + STEP:
+        known = shown and (shown.state, shown.waiting)
+        if shown is None or (job.state, job.waiting) != known or job.fraction >= shown.fraction + STEP:
             shown = job
-            parts = (f"{job.state:<9} {job.fraction:4.0%}", samples(job), error(job), f"{job.seconds:.1f} s")
+            said = job.waiting or error(job)
+            parts = (f"{job.state:<9} {job.fraction:4.0%}", samples(job), said, f"{job.seconds:.1f} s")
             console.print(", ".join(part for part in parts if part), markup=False, soft_wrap=True)
     return job
 

@@ -17,6 +17,7 @@ from woodcock_server import cluster, problems
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 from woodcock_server.devices import endpoints as devices
+from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.service import discover
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
@@ -44,11 +45,12 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         found = await to_thread.run_sync(discover)
-        ready = [device.id for device in found if device.state == "ready"]
+        ready = [device.id for device in found if device.ready]
         async with cluster.embedded(ready, storage.scratch) as client:
-            dispatcher = Dispatcher(engine, storage, changes, client, ready, settings.lease_seconds)
-            async with dispatcher.running():
-                app.state.services = Services(engine, storage, changes, found, dispatcher)
+            checks = Checks(engine, client, found)
+            dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings.lease_seconds)
+            async with checks.running(), dispatcher.running():
+                app.state.services = Services(engine, storage, changes, found, checks, dispatcher)
                 yield
         engine.dispose()
 
@@ -74,9 +76,12 @@ def healthz(services: Provided) -> dict[str, Any]:
     try:
         with services.engine.connect() as connection:
             connection.execute(text("SELECT 1"))
+            fault = services.dispatcher.fault(connection)
+            distrusted = services.checks.distrusted(connection)
     except SQLAlchemyError as error:
         log.error("the database does not answer", error=str(error))
         raise HTTPException(503, "The database does not answer; the server's log says why.") from None
-    if fault := services.dispatcher.fault:
+    if fault:
         raise HTTPException(503, fault)
-    return {"status": "ok", "version": __version__, "devices": sum(d.state == "ready" for d in services.devices)}
+    trusted = sum(device.ready for device in services.devices) - len(distrusted)
+    return {"status": "ok", "version": __version__, "devices": trusted}

@@ -11,7 +11,7 @@ from datetime import UTC, datetime, timedelta
 
 import structlog
 from distributed import Client
-from sqlalchemy import Engine, RowMapping
+from sqlalchemy import Connection, Engine, RowMapping
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock.denoise import DenoiseError
@@ -19,8 +19,10 @@ from woodcock.device import DeviceError
 from woodcock.formats import VolumeError
 from woodcock.image import ImageError
 from woodcock.scene import SceneError
+from woodcock_server.devices.checks import Checks
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
+from woodcock_server.jobs.schemas import ANY
 from woodcock_server.rendering import LeaseLost, RenderError, Rendering, in_thread
 from woodcock_server.storage import Storage
 
@@ -34,10 +36,17 @@ class Dispatcher:
     """Renders the queue's jobs on a cluster's devices."""
 
     def __init__(
-        self, engine: Engine, storage: Storage, changes: Changes, client: Client, devices: Sequence[str], lease: float
+        self,
+        engine: Engine,
+        storage: Storage,
+        changes: Changes,
+        client: Client,
+        devices: Sequence[str],
+        checks: Checks,
+        lease: float,
     ) -> None:
         self._engine, self._storage, self._changes = engine, storage, changes
-        self._client, self._devices = client, devices
+        self._client, self._devices, self._checks = client, devices, checks
         self._lease = timedelta(seconds=lease)
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
         self._work = asyncio.Event()
@@ -61,9 +70,30 @@ class Dispatcher:
         """There is a new job."""
         self._work.set()
 
+    def fault(self, connection: Connection) -> str | None:
+        """Why nothing is rendered, jobs that ask for a device perhaps excepted; None if something is."""
+        if self._stopped:
+            return self._stopped
+        if self._checks.distrusted(connection).issuperset(self._devices):
+            return (
+                "Every device that is ready failed its stability check, and renders only jobs that ask for it by "
+                "its id; /api/v1/devices says what failed."
+            )
+        return None
+
+    def hindrance(self, connection: Connection, asked: str) -> str | None:
+        """Why a job that asks for this device, or for any, would not be rendered even if it were the only one."""
+        if fault := self._stopped if asked != ANY else self.fault(connection):
+            return fault
+        able = {asked} if asked != ANY else set(self._devices) - self._checks.distrusted(connection)
+        if not able.issubset(self._devices):
+            return f"It asks for {asked}, which is not ready on this server; /api/v1/devices says why."
+        if able.issubset(self._checks.under_way):
+            return f"It waits for the stability check of {' and '.join(sorted(able))}."
+        return None
+
     @property
-    def fault(self) -> str | None:
-        """Why nothing is rendered, if so."""
+    def _stopped(self) -> str | None:
         if not self._devices:
             return "No OpenCL device is ready; /api/v1/devices says why."
         if self._task is None or self._task.done():
@@ -73,11 +103,8 @@ class Dispatcher:
     async def _run(self) -> None:
         while True:
             try:
-                row = await in_thread(self._claim)
-                if row is None:
+                if not await self._take_one():
                     await wait(self._work, LOOK_EVERY)
-                else:
-                    await self._render(row)
             except SQLAlchemyError as error:
                 # The job stays under its lease, and is claimed again from its checkpoint when that has run out.
                 log.error("the database does not answer", error=str(error))
@@ -86,21 +113,39 @@ class Dispatcher:
                 log.exception("the dispatcher stumbled")
                 await asyncio.sleep(LOOK_EVERY)
 
-    def _claim(self) -> RowMapping | None:
+    async def _take_one(self) -> bool:
+        """Render the job that is next, on those of the devices that it may have; False if there is none."""
+        free = self._checks.free
+        self._checks.occupy(free)
+        try:
+            claimed = await in_thread(self._claim, free)
+            if claimed is None:
+                return False
+            row, devices = claimed
+            self._checks.occupy(devices)
+            job = Rendering(self._engine, self._storage, self._changes, self._client, devices, row)
+            try:
+                await self._attempt(job)
+            except LeaseLost:
+                log.warning("job lost to another dispatcher", job=job.id)
+            return True
+        finally:
+            self._checks.occupy(())
+
+    def _claim(self, free: Sequence[str]) -> tuple[RowMapping, list[str]] | None:
+        """A job and the devices that render it: all that are trusted, or the one that it asks for, trusted or not."""
         now = datetime.now(UTC)
         with self._engine.connect() as connection:
-            job_id = repository.next_claimable(connection, now)
+            distrusted = self._checks.distrusted(connection)
+            trusted = [device for device in free if device not in distrusted]
+            job_id = repository.next_claimable(connection, now, {*free, *([ANY] if trusted else [])})
         if job_id is None:
             return None
         with self._engine.begin() as connection:
-            return repository.claim(connection, job_id, self._owner, now, self._lease)
-
-    async def _render(self, row: RowMapping) -> None:
-        job = Rendering(self._engine, self._storage, self._changes, self._client, self._devices, row)
-        try:
-            await self._attempt(job)
-        except LeaseLost:
-            log.warning("job lost to another dispatcher", job=job.id)
+            row = repository.claim(connection, job_id, self._owner, now, self._lease)
+        if row is None:
+            return None
+        return row, trusted if row["device"] == ANY else [row["device"]]
 
     async def _attempt(self, job: Rendering) -> None:
         rendering = asyncio.create_task(job.run())

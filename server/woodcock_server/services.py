@@ -8,7 +8,8 @@ from typing import Annotated
 from fastapi import Depends, Request
 from sqlalchemy import Engine
 
-from woodcock_server.devices.schemas import Device
+from woodcock_server.devices.checks import Checks
+from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.storage import Storage
@@ -19,7 +20,8 @@ class Services:
     engine: Engine
     storage: Storage
     changes: Changes
-    devices: list[Device]
+    devices: list[Found]
+    checks: Checks
     dispatcher: Dispatcher
 
 

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from sqlalchemy import (
     JSON,
     BigInteger,
+    Boolean,
     Column,
     DateTime,
     Dialect,
@@ -50,6 +51,7 @@ jobs = Table(
     Column("id", String(36), primary_key=True),  # sorts by time of creation
     Column("name", String(200), nullable=False),
     Column("scene", JSON, nullable=False),
+    Column("device", String(64), nullable=False),  # what it asks for: an id, or jobs.schemas.ANY
     Column("state", String(16), nullable=False),  # jobs.schemas.State
     Column("created_at", UtcDateTime, nullable=False),
     Column("started_at", UtcDateTime),
@@ -83,4 +85,19 @@ volumes = Table(
     Column("triangles", Integer),
     Column("width", Integer),
     Column("height", Integer),
+)
+
+#: Outcomes of stability checks; of each device the newest counts.
+stability_checks = Table(
+    "stability_checks",
+    metadata,
+    Column("id", String(36), primary_key=True),  # sorts by time of the end
+    Column("fingerprint", String(64), nullable=False),  # devices.service.Found.fingerprint
+    Column("identity", Text, nullable=False),  # platform, name, driver and their versions, for people
+    Column("version", String(64), nullable=False),  # Woodcock's
+    Column("passed", Boolean, nullable=False),
+    Column("started_at", UtcDateTime, nullable=False),
+    Column("finished_at", UtcDateTime, nullable=False),
+    Column("rows", JSON, nullable=False),  # list of devices.schemas.StabilityRow
+    Index(None, "fingerprint", "id"),
 )

@@ -10,7 +10,9 @@ from functools import lru_cache, wraps
 from typing import ParamSpec, TypeVar
 
 from woodcock import device as opencl
+from woodcock import stability
 from woodcock.device import DeviceError
+from woodcock.evidence import Evidence, gather
 from woodcock.film import Film
 from woodcock.formats import VolumeError
 from woodcock.image import ImageError
@@ -69,3 +71,15 @@ def render_range(scene: str, device_id: str, start: int, stop: int) -> tuple[Fil
     began = time.perf_counter()
     film = renderer.render(start, stop)
     return film, time.perf_counter() - began
+
+
+@_faults_alone
+def check_stability(device_id: str) -> stability.Outcome:
+    """Check a device by stiff and extreme scenes, rendered in child processes; takes minutes. Raises DeviceError."""
+    return stability.check(opencl.find(device_id))
+
+
+@_faults_alone
+def certify(scene: str, device_id: str) -> Evidence:
+    """What the device can say for a picture of the scene. Raises as `prepare` does."""
+    return gather(_renderer(scene, device_id), parse(scene))

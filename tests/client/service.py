@@ -39,6 +39,8 @@ class Service:
         self.jobs: dict[str, dict[str, Any]] = {}
         self.artifacts: dict[tuple[str, str], bytes] = {}
         self.volumes: dict[str, dict[str, Any]] = {}
+        self.devices = {"cpu0": dict(DEVICE)}
+        self.checks: dict[str, dict[str, Any]] = {}  # by device
         self.requests: list[tuple[str, str]] = []
         self.streams_to_cut = 0  # streams that break after their first event
         self.truncate = False  # artifacts end after half their length
@@ -75,6 +77,7 @@ class Service:
                 "id": id,
                 "name": name,
                 "state": "queued",
+                "waiting": None,
                 "created_at": f"2025-01-01T{len(self.jobs) // 60:02}:{len(self.jobs) % 60:02}:00Z",
                 "started_at": None,
                 "finished_at": None,
@@ -86,6 +89,7 @@ class Service:
                 "seconds": 0.0,
                 "rmse": None,
                 "relative_rmse": None,
+                "device": "any",
                 "devices": [],
                 "integrator": None,
                 "error": None,
@@ -159,9 +163,9 @@ class _Handler(BaseHTTPRequestHandler):
             case ["api", "v1", "volumes", id] if id in self.service.volumes:
                 self._json(200, self.service.volumes[id])
             case ["api", "v1", "devices"]:
-                facts = {"platform": "Portable Computing Language", "driver": "7.0", "kind": "cpu", "compute_units": 2}
-                device = {"id": "cpu0", "name": "A processor", **facts, "memory": 1 << 33, "lanes": [1, 4, 8]}
-                self._json(200, {"items": [{**device, "state": "ready", "fault": None}]})
+                self._json(200, {"items": [{"id": id, **device} for id, device in self.service.devices.items()]})
+            case ["api", "v1", "devices", id, "stability"] if id in self.service.checks:
+                self._json(200, self.service.checks[id])
             case [""] | ["renders", _]:
                 self._file(WEB / "index.html")
             case ["web", *parts] if WEB.joinpath(*parts).is_file():
@@ -171,9 +175,17 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         path, query = self._route()
-        body = self.rfile.read(int(self.headers["Content-Length"]))
+        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+        _, *parts = path.split("/")
         if self.service.broken:
             self._send(*self.service.broken)
+        elif parts[:3] == ["api", "v1", "devices"]:
+            if parts[3] not in self.service.devices:
+                self._problem(404, f"There is no device {parts[3]}.")
+                return
+            moments = {"started_at": None, "finished_at": None}
+            started = {"device": parts[3], "state": "running", "version": "0.1.0", **moments, "rows": []}
+            self._json(202, self.service.checks.setdefault(parts[3], started))
         elif path == "/api/v1/volumes":
             id = f"sha256:{hashlib.sha256(body).hexdigest()}"
             facts = {"name": query["name"], "size": len(body), "created_at": "2025-01-01T00:00:00Z"}
@@ -190,7 +202,13 @@ class _Handler(BaseHTTPRequestHandler):
                 faults = [{"field": path, "message": "must be sha256:… of an upload"} for path in lacking]
                 self._problem(422, "the scene is not valid", faults)
                 return
-            self._json(201, self.service.jobs[self.service.add(given["scene"], given["name"])])
+            if given["device"] not in ("any", *self.service.devices):
+                fault = {"field": "device", "message": "must be any or the id of a device"}
+                self._problem(422, "The job cannot have the device that it asks for.", [fault])
+                return
+            id = self.service.add(given["scene"], given["name"])
+            self.service.update(id, device=given["device"])
+            self._json(201, self.service.jobs[id])
 
     # Answers
 
@@ -275,6 +293,21 @@ def _named(value: Any, path: str) -> Iterator[tuple[str, str]]:
             yield from _named(item, f"{path}[{index}]")
 
 
+DEVICE: dict[str, Any] = {
+    "name": "A processor",
+    "platform": "Portable Computing Language",
+    "driver": "7.0",
+    "kind": "cpu",
+    "compute_units": 2,
+    "memory": 1 << 33,
+    "lanes": [1, 4, 8],
+    "state": "ready",
+    "fault": None,
+    "stability": "passed",
+    "checked_at": "2025-01-01T00:00:00Z",
+    "failures": [],
+    "links": {"stability": "/api/v1/devices/cpu0/stability"},
+}
 VOLUME = {"type": "volume", "grids": [{"name": "density", "type": "float", "shape": [2, 2, 2], "voxels": 8}]}
 CONTENTS = {
     ".obj": {"type": "mesh", "grids": [], "triangles": 12},

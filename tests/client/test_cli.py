@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
+import threading
+import time
 import tomllib
 from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
@@ -37,6 +40,35 @@ def test_submit_names_the_page_and_goes(service: Service, scene_file: Path) -> N
     done = woodcock("submit", scene_file, "--server", service.url + "/")
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{service.url}/renders/job0000\n", "")
     assert service.jobs["job0000"]["name"] == "box"
+
+
+def test_submit_asks_for_a_device(service: Service, scene_file: Path) -> None:
+    assert woodcock("submit", scene_file, "--device", "cpu0", "--server", service.url).returncode == 0
+    assert service.jobs["job0000"]["device"] == "cpu0"
+    done = woodcock("submit", scene_file, "--device", "gpu0", "--server", service.url)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith("device: must be any or the id of a device\n")
+
+
+def test_what_a_render_waits_for_is_told(service: Service, scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    add = service.add
+
+    def held_up(scene: dict[str, Any], name: str = "") -> str:
+        id = add(scene, name)
+        service.update(id, waiting="Every device failed.")
+        threading.Thread(target=give_up, args=(id,)).start()
+        return id
+
+    def give_up(id: str) -> None:
+        while ("GET", f"/api/v1/jobs/{id}/events") not in service.requests:
+            time.sleep(0.02)
+        time.sleep(0.5)
+        service.update(id, state="failed", waiting=None, error="no hope")
+
+    monkeypatch.setattr(service, "add", held_up)
+    done = woodcock("submit", scene_file, "--follow", "--server", service.url)
+    assert done.stderr.splitlines()[0] == "queued      0%, 0 / 64 samples, Every device failed., 0.0 s"
+    assert done.stderr.splitlines()[1].startswith("failed ")
 
 
 def test_submit_follows_in_plain_lines_and_fetches(renders: Service, scene_file: Path, tmp_path: Path) -> None:
@@ -207,7 +239,7 @@ def test_help_teaches(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFix
     assert run(monkeypatch, ["--help"]) == 0
     said = capsys.readouterr().out
     assert "woodcock submit cloud.json --follow -o cloud.exr" in said
-    assert 'serve    (needs pip install "woodcock[server,pocl]")' in said
+    assert re.search(r'serve +\(needs pip install "woodcock\[server,pocl\]"\)', said)
     assert "Exit codes:" in said
 
 

@@ -102,6 +102,35 @@ def test_jobs_are_listed_newest_first_over_pages(
 def test_devices(talk: Client) -> None:
     (device,) = talk.devices()
     assert (device.id, device.lanes, device.state) == ("cpu0", (1, 4, 8), "ready")
+    assert (device.stability, device.checked_at) == ("passed", datetime(2025, 1, 1, tzinfo=UTC))
+
+
+def test_a_device_is_checked(service: Service, talk: Client) -> None:
+    with pytest.raises(ServiceError) as caught:
+        talk.stability("cpu0")
+    assert caught.value.status == 404
+    asked = talk.check_device("cpu0")
+    assert (asked.device, asked.state, asked.started_at, asked.rows) == ("cpu0", "running", None, ())
+    row = {"group": "albedo", "case": "1", "unit": "roundings", "verdict": "failed", "says": "off", "seconds": 1.5}
+    at = {"started_at": "2025-01-01T00:00:00Z", "finished_at": "2025-01-01T00:01:00Z"}
+    numbers = {"expected": 1.0, "got": None, "deviation": None, "limit": 5.0}
+    service.checks["cpu0"] |= {"state": "failed", **at, "rows": [{**row, **numbers}]}
+    outcome = talk.stability("cpu0")
+    assert (outcome.state, outcome.finished_at) == ("failed", datetime(2025, 1, 1, 0, 1, tzinfo=UTC))
+    (case,) = outcome.rows
+    assert (case.group, case.verdict, case.says, case.expected, case.got) == ("albedo", "failed", "off", 1.0, None)
+    with pytest.raises(ServiceError, match=r"There is no device gpu\?0"):
+        talk.check_device("gpu?0")
+
+
+def test_a_job_asks_for_a_device(service: Service, talk: Client, scene: Scene) -> None:
+    assert talk.submit(scene).device == "any"
+    job = talk.submit(scene, device="cpu0")
+    assert (job.device, job.waiting) == ("cpu0", None)
+    service.update(job.id, waiting="It waits for the stability check of cpu0.")
+    assert talk.job(job.id).waiting == "It waits for the stability check of cpu0."
+    with pytest.raises(ServiceError, match=r"\ndevice: must be any or the id of a device$"):
+        talk.submit(scene, device="gpu0")
 
 
 # Refusals

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from typing import Any
 
@@ -14,8 +15,16 @@ REPORT = {
     "program_hash": "9f3c2a77b1e04d55",
     "kinds": {"camera": ["perspective"], "volume": ["constant"]},
     "seconds": {"read": 0.1, "build": 0.5, "upload": 0.1, "render": 3.0},
-    "rejected_samples": 0,
-    "majorant_violations": 12,
+    "certificate": {
+        "failed": ["majorant"],
+        "not_checked": ["rounding"],
+        "lines": [
+            {"name": "samples", "status": "passed", "says": "Every sample was a finite radiance.", "values": {}},
+            {"name": "majorant", "status": "failed", "says": "σ_t exceeded its majorant 12 times.", "values": {}},
+            {"name": "rounding", "status": "not checked", "says": "No doubles here.", "values": {}},
+            {"name": "build", "status": "stated", "says": "Built without flags.", "values": {}},
+        ],
+    },
     "devices": [{"id": "cpu0", "name": "A processor", "lanes": 8, "samples": 64, "render_seconds": 3.0}],
     "error": [{"seconds": 0.1 * 4**i, "samples": 4**i, "rmse": 0.2 / 2**i} for i in range(4)],
 }
@@ -40,8 +49,17 @@ def test_a_render_shows_its_progress_and_then_its_report(
     expect(page.locator(".badge")).to_have_text("Done")
     expect(page.get_by_role("link", name="EXR")).to_be_visible()
     expect(page.locator(".table").first).to_contain_text("A processor cpu0: 64 samples in 3.0 s, 8 at a time")
-    expect(page.locator(".caution")).to_contain_text("The density exceeded its majorant 12 times")
+    expect(page.locator(".caution")).to_contain_text("σ_t exceeded its majorant 12 times")
     expect(page.locator(".caution")).not_to_contain_text("finite")
+    lines = page.locator(".certificate li")
+    expect(lines).to_have_text(
+        [
+            re.compile(r"✓\s*samples passed\s*Every sample"),
+            re.compile(r"✗\s*majorant failed\s*σ_t exceeded"),
+            re.compile(r"\?\s*rounding not checked\s*No doubles"),
+            re.compile(r"·\s*build\s*Built without flags"),
+        ]
+    )
     expect(page.locator("code")).to_have_text("9f3c2a77b1e0")
     expect(page.get_by_text("perspective")).to_be_visible()
     expect(page.get_by_role("img", name="The error fell from 0.2 after 0.1 s to 0.025 after 6.4 s.")).to_be_visible()
@@ -65,7 +83,7 @@ def test_a_picture_without_noise_shows_its_bound(service: Service, page: Page, s
     }
     device = {**REPORT["devices"][0], "precision": "double", "media": [medium]}  # type: ignore[index]
     bound = {"largest": 2e-6, "rms": 3e-7}
-    nothing = {"majorant_violations": 0, "error": [], "orders": None}
+    nothing = {"certificate": {"failed": [], "not_checked": [], "lines": []}, "error": [], "orders": None}
     service.finish(id, {**REPORT, **nothing, "deterministic": True, "bound": bound, "devices": [device]})
     expect(page.locator(".explain").first).to_contain_text("no noise. The error is at most this, root mean square")
     expect(page.locator(".explain").first).to_contain_text("at most 2.0 × 10⁻⁶ in any pixel")
@@ -102,6 +120,45 @@ def test_what_the_series_leaves_out_is_shown(service: Service, page: Page, scene
         row = page.locator(".table > div", has_text="After order 2")
         expect(row.locator("dd")).to_have_text(shown)
         expect(page.locator(".table").first).to_contain_text("volumetric_path by random paths")
+
+
+def test_devices_say_whether_they_are_to_be_trusted(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    broken = {"state": "distrusted", "stability": "failed", "failures": ["albedo, 1: off"]}
+    service.devices["gpu0"] = {**service.devices["cpu0"], "name": "A graphics card", "kind": "gpu", **broken}
+    service.devices["gpu1"] = {**service.devices["cpu0"], "name": "Another card", "stability": "not checked"}
+    id = service.add(scene_json, "asked for")
+    waits = "It waits for the stability check of gpu0."
+    service.update(id, device="gpu0", waiting=waits)
+    page.goto(service.url)
+    expect(page.locator(".card")).to_contain_text(waits)
+    page.locator(".card").click()
+    expect(page.get_by_text(waits)).to_be_visible()
+    asked = page.locator(".table > div", has_text="Asked for")
+    expect(asked.locator("dd")).to_have_text("A graphics card gpu0failed its stability check")
+    service.update(id, waiting=None)
+    service.advance(id, 64)
+    expect(page.get_by_text(waits)).to_have_count(0)
+    ids = ("cpu0", "gpu0", "gpu1", "gpu7")
+    service.update(id, devices=list(ids))
+    uses = [{**REPORT["devices"][0], "id": each, "name": service.devices[each]["name"]} for each in ids[:3]]  # type: ignore[index]
+    uses[2]["name"] = "A card that is no longer here"
+    service.finish(id, {**REPORT, "devices": uses[:2]})
+    shown = page.locator(".table > div", has_text="Devices").locator(".device")
+    expect(shown).to_have_count(4)
+    expect(shown.nth(0)).to_have_text(re.compile(r"^A processor cpu0: 64 samples in 3.0 s, 8 at a time$"))
+    expect(shown.nth(1)).to_have_text(re.compile(r"^A graphics card gpu0: .* timefailed its stability check$"))
+    expect(shown.nth(1).locator(".stability")).to_have_class("stability failed")
+    expect(shown.nth(2)).to_have_text("Another card gpu1its stability is not checked")
+    expect(shown.nth(3)).to_have_text(re.compile("^gpu7 $"))
+    service.artifacts[id, "report.json"] = json.dumps({**REPORT, "devices": uses}).encode()
+    page.reload()
+    expect(shown.nth(2)).to_contain_text("A card that is no longer here gpu1: ")
+    expect(shown.nth(2).locator(".stability")).to_have_count(0)
+
+    other = service.add(scene_json, "left to the service")
+    page.goto(f"{service.url}/renders/{other}")
+    expect(page.get_by_role("heading", name="left to the service")).to_be_visible()
+    expect(page.get_by_text("Asked for")).to_have_count(0)
 
 
 def test_a_broken_stream_is_picked_up(

@@ -62,10 +62,14 @@ def client(data: Path) -> Iterator[TestClient]:
 
 
 class Service:
-    """`woodcock serve` as a process; two OpenCL devices where PoCL is."""
+    """`woodcock serve` as a process; two OpenCL devices where PoCL is.
 
-    def __init__(self, data: Path, **environment: str) -> None:
+    prelude: Python that the service and its workers run before anything else.
+    """
+
+    def __init__(self, data: Path, prelude: str = "", **environment: str) -> None:
         self.data = data
+        self.program = prelude + PROGRAM
         self.log = data / "log.txt"
         self.process: subprocess.Popen[str] | None = None
         self._environment = {**os.environ, "POCL_DEVICES": "pthread basic", **environment}
@@ -74,7 +78,7 @@ class Service:
         """Start, on any port that is free, and wait until it is ready."""
         self.data.mkdir(exist_ok=True)
         program = self.data / "program.py"
-        program.write_text(PROGRAM)
+        program.write_text(self.program)
         with self.log.open("a") as log:
             self.process = subprocess.Popen(
                 [sys.executable, str(program), "--port", "0", "--data", str(self.data)],
@@ -102,8 +106,8 @@ class Service:
                 process.send_signal(sent)
             return process.wait(30)
 
-    def submit(self, scene: dict[str, Any]) -> str:
-        answer = self.http.post("/api/v1/jobs", json={"scene": scene})
+    def submit(self, scene: dict[str, Any], device: str = "any") -> str:
+        answer = self.http.post("/api/v1/jobs", json={"scene": scene, "device": device})
         assert answer.status_code == 201, answer.text
         return str(answer.json()["id"])
 

@@ -25,6 +25,7 @@ def test_devices_say_what_they_are(service: Service) -> None:
         assert device["memory"] > 0
         assert set(device) == {
             "id", "name", "platform", "driver", "kind", "compute_units", "memory", "lanes", "state", "fault",
+            "stability", "checked_at", "failures", "links",
         }  # fmt: skip
 
 
@@ -45,8 +46,11 @@ def test_the_api_describes_itself(client: TestClient) -> None:
     assert set(paths) == {
         "/api/v1/jobs", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events", "/api/v1/jobs/{id}/image.exr",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/volumes", "/api/v1/volumes/{id}",
-        "/api/v1/devices", "/healthz",
+        "/api/v1/devices", "/api/v1/devices/{id}/stability", "/healthz",
     }  # fmt: skip
+    checks = paths["/api/v1/devices/{id}/stability"]
+    assert {"202", "404", "409"} <= set(checks["post"]["responses"])
+    assert {"200", "404"} <= set(checks["get"]["responses"])
     for operations in paths.values():
         for operation in operations.values():
             for status, response in operation["responses"].items():

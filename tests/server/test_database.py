@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from alembic import command
@@ -11,6 +12,8 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine, text
 
 from woodcock_server.database import alembic_config, open_database
+from woodcock_server.jobs import repository as jobs
+from woodcock_server.jobs.schemas import ANY
 from woodcock_server.tables import metadata
 from woodcock_server.volumes import repository
 
@@ -42,6 +45,32 @@ def test_what_was_uploaded_before_there_were_types_is_a_volume(tmp_path: Path) -
     with engine.begin() as connection:
         config.attributes["connection"] = connection
         command.downgrade(config, "0001")
+    engine.dispose()
+
+
+def test_a_job_of_before_devices_could_be_asked_for_asks_for_none(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'test.sqlite'}"
+    engine = create_engine(url)
+    with engine.begin() as connection:
+        config = alembic_config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0002")
+        values = "'1', 'cube', '{}', 'queued', '2030-01-02 03:04:05.000000', 7, 0.5, '[]', '{}', 2"
+        names = "id, name, scene, state, created_at, samples, seconds, series, usage, token"
+        connection.execute(text(f"INSERT INTO jobs ({names}) VALUES ({values})"))
+    engine.dispose()
+    engine = open_database(url)
+    now = datetime.now(UTC)
+    with engine.begin() as connection:
+        assert jobs.next_claimable(connection, now, ["cpu0"]) is None
+        assert jobs.next_claimable(connection, now, [ANY]) == "1"
+        row = jobs.claim(connection, "1", "a", now, timedelta(seconds=1))
+    assert row is not None
+    assert (row["device"], row["name"], row["samples"], row["token"]) == (ANY, "cube", 7, 3)
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0002")
+        assert connection.scalar(text("SELECT name FROM jobs")) == "cube"
     engine.dispose()
 
 

@@ -43,7 +43,8 @@ def test_a_job_says_what_it_is_and_how_far(client: TestClient, make_scene: Make)
     expected = {
         "state": "queued", "width": 4, "height": 4, "samples": 0, "fraction": 0, "seconds": 0, "rmse": None,
         "relative_rmse": None, "started_at": None, "finished_at": None, "devices": [], "error": None, "name": "",
-        "target": {"kind": "samples", "samples": 9},
+        "target": {"kind": "samples", "samples": 9}, "device": "any",
+        "waiting": "No OpenCL device is ready; /api/v1/devices says why.",
     }  # fmt: skip
     assert {key: job[key] for key in expected} == expected
 

@@ -12,7 +12,7 @@ from sqlalchemy import Engine
 from woodcock_server.database import open_database
 from woodcock_server.identifiers import PATTERN, new_id
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.schemas import ANY, State
 
 NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
 LEASE = timedelta(seconds=10)
@@ -25,9 +25,9 @@ def engine(tmp_path: Path) -> Iterator[Engine]:
     engine.dispose()
 
 
-def add(engine: Engine) -> str:
+def add(engine: Engine, device: str = ANY) -> str:
     with engine.begin() as connection:
-        return repository.add(connection, "", {}, NOW)
+        return repository.add(connection, "", {}, device, NOW)
 
 
 def claim(engine: Engine, job_id: str, owner: str, now: datetime = NOW) -> int | None:
@@ -41,9 +41,9 @@ def write(engine: Engine, job_id: str, token: int, **values: object) -> bool:
         return repository.write_held(connection, job_id, token, values)
 
 
-def claimable(engine: Engine, now: datetime = NOW) -> str | None:
+def claimable(engine: Engine, now: datetime = NOW, devices: tuple[str, ...] = (ANY, "cpu0")) -> str | None:
     with engine.connect() as connection:
-        return repository.next_claimable(connection, now)
+        return repository.next_claimable(connection, now, devices)
 
 
 def test_the_oldest_job_is_next(engine: Engine) -> None:
@@ -52,6 +52,15 @@ def test_the_oldest_job_is_next(engine: Engine) -> None:
     assert claimable(engine) == first
     assert claim(engine, first, "a") == 1
     assert claimable(engine) == second
+
+
+def test_a_job_is_next_where_the_device_is_that_it_asks_for(engine: Engine) -> None:
+    add(engine, "gpu0")
+    named, whichever = add(engine, "cpu0"), add(engine)
+    assert claimable(engine) == named
+    assert claimable(engine, devices=(ANY, "cpu1")) == whichever
+    assert claimable(engine, devices=("cpu1",)) is None
+    assert claimable(engine, devices=()) is None
 
 
 def test_a_job_is_claimed_by_one(engine: Engine) -> None:

@@ -1,13 +1,15 @@
 // What a render is made of: the request at once, and what the report adds once there is one.
 
+import { Cautions, Certificate } from "./certificate.js";
 import { ErrorChart } from "./chart.js";
 import { count, duration, isDeterministic, moment, number, percent, samples, target } from "./format.js";
 import { html } from "./html.js";
 
 export function Facts({ job, report, devices }) {
-  const { seed, stop } = job.scene;
+  const { seed } = job.scene;
+  const certificate = report?.certificate;
   return html`
-    ${report && html`<${Cautions} report=${report} />`}
+    ${certificate && html`<${Cautions} certificate=${certificate} />`}
     ${report?.error?.length > 1 && html`<${ErrorChart} series=${report.error} />`}
     <section>
       <h2>Facts</h2>
@@ -22,12 +24,15 @@ export function Facts({ job, report, devices }) {
         <${Fact} name="Submitted"><time dateTime=${job.created_at}>${moment(job.created_at)}</time><//>
         ${job.finished_at &&
         html`<${Fact} name="Finished"><time dateTime=${job.finished_at}>${moment(job.finished_at)}</time><//>`}
+        ${job.device !== "any" &&
+        html`<${Fact} name="Asked for"><${Devices} ids=${[job.device]} known=${devices} uses=${[]} /><//>`}
         ${job.devices.length > 0 &&
         html`<${Fact} name=${job.devices.length > 1 ? "Devices" : "Device"}><${Devices} ids=${job.devices} known=${devices} uses=${report?.devices ?? []} /><//>`}
         ${report?.program_hash &&
         html`<${Fact} name="Program"><code title=${report.program_hash}>${report.program_hash.slice(0, 12)}</code><//>`}
       </dl>
     </section>
+    ${certificate && html`<${Certificate} certificate=${certificate} />`}
     ${report?.devices?.[0]?.media?.length > 0 && html`<${Media} media=${report.devices[0].media} />`}
     ${report?.seconds && html`<${Times} seconds=${report.seconds} />`}
     ${report?.kinds && html`<${Kinds} kinds=${report.kinds} />`}
@@ -36,14 +41,23 @@ export function Facts({ job, report, devices }) {
 
 const Fact = ({ name, children }) => html`<div><dt>${name}</dt><dd>${children}</dd></div>`;
 
-// The name is the device's own; the report adds its part in the render.
+const STABILITY = {
+  failed: "failed its stability check",
+  running: "its stability is being checked",
+  "not checked": "its stability is not checked",
+};
+
+// The name is the device's own; the report adds its part in the render. What is said of its stability is of now, and
+// of no other device that has come to bear its id.
 const Devices = ({ ids, known, uses }) =>
   ids.map((id) => {
     const use = uses.find((each) => each.id === id);
-    const device = use ?? known.find((each) => each.id === id);
+    const present = known.find((each) => each.id === id);
+    const device = use ?? present;
+    const stability = present?.name === device?.name && STABILITY[present?.stability];
     const precise = use?.precision === "double" ? ", in double precision" : "";
     const part = use && `${id}: ${samples(use.samples)} in ${duration(use.render_seconds)}, ${use.lanes} at a time${precise}`;
-    return html`<span class="device" key=${id}>${device?.name ?? id} <span class="fact">${part ?? (device ? id : "")}</span></span>`;
+    return html`<span class="device" key=${id}>${device?.name ?? id} <span class="fact">${part ?? (device ? id : "")}</span>${stability && html`<span class="stability ${present.stability}">${stability}</span>`}</span>`;
   });
 
 // What the orders of scattering beyond the last that has a layer of its own amount to.
@@ -75,21 +89,6 @@ function Medium({ medium }) {
     ${Object.entries(storage ?? {}).map(([name, { kind, error }]) => html`
       <span class="device" key=${name}>${name} <span class="fact">${`stored as ${kind}, ${error > 0 ? `off by ${percent(error)} of its largest at most` : "exactly"}`}</span></span>
     `)}
-  `;
-}
-
-// What would make a reader doubt the picture is said before anything else.
-function Cautions({ report }) {
-  const { rejected_samples: rejected, majorant_violations: violations } = report;
-  if (!rejected && !violations) return null;
-  return html`
-    <section class="caution">
-      <h2>Take care with this picture</h2>
-      ${rejected > 0 &&
-      html`<p>${count(rejected)} sample${rejected === 1 ? " was" : "s were"} not a finite number and left out.</p>`}
-      ${violations > 0 &&
-      html`<p>The density exceeded its majorant ${count(violations)} time${violations === 1 ? "" : "s"}: the picture may be biased.</p>`}
-    </section>
   `;
 }
 

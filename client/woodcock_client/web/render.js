@@ -126,6 +126,7 @@ function Progress({ job, report }) {
     <section aria-label="Progress">
       <${Bar} job=${job} label="Progress" />
       <p class="numbers">${progress(job)}</p>
+      ${job.waiting && html`<p class="waiting" role="status">${job.waiting}</p>`}
       <dl class="figures">
         <div>
           <dt>${noiseless ? "Error at most" : "Estimated error"}</dt>

@@ -47,6 +47,7 @@ function Card({ job, now }) {
   const active = isActive(job);
   const facts = [`${job.width} × ${job.height}`];
   if (job.relative_rmse !== null) facts.push(`${isDeterministic(job) ? "≤ " : "±"}${percent(job.relative_rmse)}`);
+  const said = job.error ?? job.waiting;
   return html`
     <li>
       <a class="card" href=${`/renders/${encodeURIComponent(job.id)}`} data-route>
@@ -61,7 +62,7 @@ function Card({ job, now }) {
           html`<${Badge} state=${job.state} label=${STATES[job.state]} />`}
         </div>
         <div class="line fact">
-          <span class="facts" title=${job.error ?? "Size, and estimated error of a pixel"}>${job.error ? brief(job.error) : facts.join(" · ")}</span>
+          <span class="facts" title=${said ?? "Size, and estimated error of a pixel"}>${said ? brief(said) : facts.join(" · ")}</span>
           <time dateTime=${job.created_at} title=${moment(job.created_at)}>${ago(job.created_at, now)}</time>
         </div>
       </a>

@@ -34,10 +34,10 @@ Existing = Annotated[RowMapping, Depends(_existing)]
 @router.post("", status_code=201, responses=problem_schema(413))
 async def submit_job(request: JobCreate, response: Response, services: Provided) -> Job:
     """Queue a render; it is in the database before this answers."""
-    row = await to_thread.run_sync(service.create, services.engine, request)
+    row = await to_thread.run_sync(service.create, services.engine, services.devices, request)
     services.dispatcher.wake()
     response.headers["Location"] = f"{PREFIX}/{row['id']}"
-    return job(row)
+    return await to_thread.run_sync(_job, row, services)
 
 
 @router.get("")
@@ -53,20 +53,25 @@ def list_jobs(
     with services.engine.connect() as connection:
         rows, following = repository.page(connection, limit, cursor, state)
     link_next(request, response, following)
-    return JobPage(items=[summary(row) for row in rows], next=following)
+    waiting = service.waiting(services.engine, services.dispatcher, rows)
+    return JobPage(items=[summary(*each) for each in zip(rows, waiting, strict=True)], next=following)
 
 
 @router.get("/{id}", responses=problem_schema(404))
-def get_job(row: Existing) -> Job:
+def get_job(row: Existing, services: Provided) -> Job:
     """One job, with its scene."""
-    return job(row)
+    return _job(row, services)
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))
 async def follow_job(row: Existing, services: Provided) -> AsyncIterator[ServerSentEvent]:
     """The job as it is now and at each change (`progress`), and at its end (`end`), as server-sent events."""
-    async for now in service.follow(services.engine, services.changes, row["id"]):
+    async for now in service.follow(services.engine, services.changes, services.dispatcher, row["id"]):
         yield ServerSentEvent(event="end" if now.state.final else "progress", data=now)
+
+
+def _job(row: RowMapping, services: Services) -> Job:
+    return job(row, *service.waiting(services.engine, services.dispatcher, [row]))
 
 
 # Results

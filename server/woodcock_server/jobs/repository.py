@@ -3,7 +3,7 @@ nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -15,10 +15,10 @@ from woodcock_server.paging import fetch_page
 from woodcock_server.tables import UtcDateTime, jobs
 
 
-def add(connection: Connection, name: str, scene: dict[str, Any], now: datetime) -> str:
+def add(connection: Connection, name: str, scene: dict[str, Any], device: str, now: datetime) -> str:
     """A new job in the queue; returns its id."""
     job_id = new_id()
-    row = {"id": job_id, "name": name, "scene": scene, "state": State.QUEUED, "created_at": now}
+    row = {"id": job_id, "name": name, "scene": scene, "device": device, "state": State.QUEUED, "created_at": now}
     connection.execute(insert(jobs).values(**row, samples=0, seconds=0.0, series=[], usage={}, token=0))
     return job_id
 
@@ -39,9 +39,13 @@ def page(
 # For dispatchers
 
 
-def next_claimable(connection: Connection, now: datetime) -> str | None:
-    """The oldest job that waits, or whose holder let its lease run out."""
-    return connection.execute(select(jobs.c.id).where(_claimable(now)).order_by(jobs.c.id).limit(1)).scalar()
+def next_claimable(connection: Connection, now: datetime, devices: Collection[str]) -> str | None:
+    """The oldest job that waits, or whose holder let its lease run out, of those that ask for one of these devices.
+
+    devices: ids, and ANY if jobs may be claimed that ask for none.
+    """
+    claimable = select(jobs.c.id).where(_claimable(now), jobs.c.device.in_(devices))
+    return connection.execute(claimable.order_by(jobs.c.id).limit(1)).scalar()
 
 
 def claim(connection: Connection, job_id: str, owner: str, now: datetime, lease: timedelta) -> RowMapping | None:

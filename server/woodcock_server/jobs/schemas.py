@@ -13,6 +13,9 @@ from woodcock.scene import Scene, Stop
 
 PREFIX = "/api/v1/jobs"
 
+#: What a job asks for that leaves its device to the service; no device's id.
+ANY = "any"
+
 
 class State(StrEnum):
     QUEUED = "queued"  # waits for a dispatcher, perhaps not for the first time
@@ -26,12 +29,16 @@ class State(StrEnum):
 
 
 class JobCreate(BaseModel):
-    """A request to render."""
+    """A request to render.
+
+    device: `any` for all that are trusted, or the id of the one that is to render it alone, trusted or not.
+    """
 
     model_config = ConfigDict(extra="forbid")
 
     scene: Scene
     name: Annotated[str, Field(max_length=200)] = ""
+    device: Annotated[str, Field(max_length=64)] = ANY
 
 
 class Links(BaseModel):
@@ -49,12 +56,15 @@ class JobSummary(BaseModel):
 
     seconds: rendering time so far; rmse: estimated standard error of a pixel's luminance, in the scene's radiance;
     integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
-    (transmittance, emission_absorption) is no estimate: it is at most rmse.
+    (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
+    devices: that have rendered it. waiting: while it is queued, why it would not be rendered even if no job were
+    before it.
     """
 
     id: str
     name: str
     state: State
+    waiting: str | None
     created_at: datetime
     started_at: datetime | None
     finished_at: datetime | None
@@ -66,6 +76,7 @@ class JobSummary(BaseModel):
     seconds: float
     rmse: float | None
     relative_rmse: float | None
+    device: str
     devices: list[str]
     integrator: str | None
     error: str | None
@@ -81,15 +92,15 @@ class JobPage(BaseModel):
     next: str | None
 
 
-def summary(row: RowMapping) -> JobSummary:
-    return JobSummary(**_summary(row))
+def summary(row: RowMapping, waiting: str | None = None) -> JobSummary:
+    return JobSummary(**_summary(row, waiting))
 
 
-def job(row: RowMapping) -> Job:
-    return Job(**_summary(row), scene=row["scene"])
+def job(row: RowMapping, waiting: str | None = None) -> Job:
+    return Job(**_summary(row, waiting), scene=row["scene"])
 
 
-def _summary(row: RowMapping) -> dict[str, Any]:
+def _summary(row: RowMapping, waiting: str | None) -> dict[str, Any]:
     state, scene = State(row["state"]), row["scene"]
     path = f"{PREFIX}/{row['id']}"
     succeeded = state is State.SUCCEEDED
@@ -97,6 +108,7 @@ def _summary(row: RowMapping) -> dict[str, Any]:
     done = row["samples"] / stop["samples"] if stop["kind"] == "samples" else row["seconds"] / stop["seconds"]
     return {
         **{key: row[key] for key in JobSummary.model_fields if key in row},
+        "waiting": waiting,
         "width": scene["film"]["width"],
         "height": scene["film"]["height"],
         "target": stop,

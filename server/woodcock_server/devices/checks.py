@@ -1,0 +1,130 @@
+"""Stability checks: one at a time on a device, never while that renders, their outcomes kept.
+
+A check that is under way is known to its server alone and ends with it; the database holds outcomes only, so none is
+ever left there unfinished.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Collection, Sequence
+from contextlib import asynccontextmanager
+from datetime import UTC, datetime
+from typing import Any
+
+import structlog
+from distributed import Client
+from distributed.scheduler import KilledWorker
+from sqlalchemy import Connection, Engine
+from sqlalchemy.exc import SQLAlchemyError
+
+from woodcock_server import worker
+from woodcock_server.cluster import resource
+from woodcock_server.devices import repository
+from woodcock_server.devices.schemas import StabilityRow
+from woodcock_server.devices.service import Found
+from woodcock_server.identifiers import new_id
+from woodcock_server.rendering import in_thread
+
+log = structlog.get_logger()
+
+RETRY_SECONDS = 1.0  # after the database did not take an outcome
+
+
+class Checks:
+    """The checks of a server's devices. For the event loop's thread, except where a connection is passed."""
+
+    def __init__(self, engine: Engine, client: Client, devices: Sequence[Found]) -> None:
+        self._engine, self._client = engine, client
+        self._devices = {device.id: device for device in devices if device.ready}
+        #: Device id -> when its check began; None while that waits for a job to leave the device.
+        self.under_way: dict[str, datetime | None] = {}
+        self._left = {device_id: asyncio.Event() for device_id in self._devices}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self.occupy(())
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Checks may be asked for; at the end those that are under way are given up."""
+        try:
+            yield
+        finally:
+            for task in self._tasks:
+                task.cancel()
+            await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def ask(self, device_id: str) -> None:
+        """Check a device that is ready as soon as no job renders on it, unless that is under way."""
+        if device_id not in self.under_way:
+            self.under_way[device_id] = None
+            task = asyncio.create_task(self._check(self._devices[device_id]), name=f"check of {device_id}")
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    # For the dispatcher
+
+    @property
+    def free(self) -> list[str]:
+        """The ready devices that no check has or waits for."""
+        return [device_id for device_id in self._devices if device_id not in self.under_way]
+
+    def occupy(self, device_ids: Collection[str]) -> None:
+        """Jobs have these devices, all of them free, and leave all others to checks."""
+        for device_id, left in self._left.items():
+            if device_id in device_ids:
+                left.clear()
+            else:
+                left.set()
+
+    def distrusted(self, connection: Connection) -> set[str]:
+        """The ready devices whose newest check failed."""
+        failed = repository.failed(connection, [device.fingerprint for device in self._devices.values()])
+        return {device.id for device in self._devices.values() if device.fingerprint in failed}
+
+    # One check
+
+    async def _check(self, device: Found) -> None:
+        try:
+            await self._left[device.id].wait()
+            started = self.under_way[device.id] = datetime.now(UTC)
+            log.info("stability check begun", device=device.id)
+            rows = await self._sweep(device.id)
+            failures = [row["says"] for row in rows if row["verdict"] == "failed"]
+            if failures:
+                log.warning("device failed its stability check", device=device.id, failed=len(failures), of=len(rows))
+            else:
+                log.info("device passed its stability check", device=device.id, cases=len(rows))
+            while not await in_thread(self._kept, device, started, rows):
+                await asyncio.sleep(RETRY_SECONDS)
+        finally:
+            del self.under_way[device.id]
+
+    async def _sweep(self, device_id: str) -> list[dict[str, Any]]:
+        """The rows of all cases; of a check that could not be carried out a single one, which failed."""
+        future = self._client.submit(
+            worker.check_stability, device_id, key=f"check-{new_id()}", resources=resource(device_id), pure=False
+        )
+        try:
+            return [StabilityRow.model_validate(row).model_dump() for row in (await future)["rows"]]
+        except KilledWorker as error:
+            says = f"The process that checks {device_id} died {error.allowed_failures + 1} times."
+        except Exception as error:
+            log.exception("stability check broke off", device=device_id)
+            says = f"The check could not be carried out: {error}"
+        finally:
+            future.release()  # type: ignore[no-untyped-call]
+        return [
+            StabilityRow(
+                group="check", case="as a whole", expected=None, got=None, deviation=None, unit="roundings", limit=None,
+                verdict="failed", says=says, seconds=0.0,
+            ).model_dump()
+        ]  # fmt: skip
+
+    def _kept(self, device: Found, started: datetime, rows: list[dict[str, Any]]) -> bool:
+        try:
+            with self._engine.begin() as connection:
+                repository.add(connection, device, started, datetime.now(UTC), rows)
+        except SQLAlchemyError as error:
+            log.error("the database does not answer", error=str(error))
+            return False
+        return True

@@ -1,0 +1,75 @@
+"""Mistakes in what a picture says of its own error: audit, repair, batch means, checks, certificate."""
+
+from __future__ import annotations
+
+from tests.mutants.sin import Sin, device
+
+REPAIR = "tests/kernels/test_majorant_repair.py"
+CERTIFICATE = "tests/kernels/test_certificate.py"
+CHECKS = "tests/kernels/test_checks.py"
+
+SINS = (
+    Sin(
+        "a violated majorant is not counted",
+        device("core/audit.h"),
+        "a->violations -= violated;",
+        "",
+        (REPAIR,),
+    ),
+    Sin(
+        "the weight of violations is not summed",
+        device("core/audit.h"),
+        "a->touched += pick((real)0.f, throughput, violated);",
+        "a->touched = pick((real)0.f, throughput, violated);",
+        (REPAIR,),
+    ),
+    Sin(
+        "the small loop's densities stay as they were under a raised majorant",
+        device("majorant/repair.py"),
+        '"volume_grid": "relative"',
+        '"volume_none": "relative"',
+        (REPAIR,),
+    ),
+    Sin(
+        "samples that broke a majorant are kept",
+        device("render.py"),
+        "self._raise_majorant(excess)\n            sums, planes",
+        "self._raise_majorant(excess)\n            _, planes",
+        (REPAIR,),
+    ),
+    Sin(
+        "launches weigh the same, whatever they hold",
+        device("batches.py"),
+        "* samples[0] * samples[1] / total",
+        "* samples[0] / total",
+        (CERTIFICATE,),
+    ),
+    Sin(
+        "what launches share goes unseen",
+        device("certificate.py"),
+        "if score > STANDARD_ERRORS:",
+        "if score > 1e9:",
+        (CERTIFICATE,),
+    ),
+    Sin(
+        "one device's evidence stands for all",
+        device("certificate.py"),
+        "if len(drifts) < len(uses):",
+        "if not drifts:",
+        (CERTIFICATE,),
+    ),
+    Sin(
+        "a check passes whatever it finds",
+        device("checks.py"),
+        '"passed" if off <= limit else "failed", "deviation"',
+        '"passed", "deviation"',
+        (f"{CHECKS}::test_a_wrong_program_breaks_a_law",),
+    ),
+    Sin(
+        "a law is asked of another program",
+        device("checks.py"),
+        "if own and not is_own(lay_out(changed, read)):",
+        "if False:",
+        (CHECKS,),
+    ),
+)

@@ -22,8 +22,9 @@ help:
 demo: .venv/installed
 	@$(BIN)/python -m woodcock_client.demo $(if $(ONCE),--once) $(if $(DATA),--data '$(DATA)')
 
+# Two at a time: half of the time is a compiler's, which takes one core.
 test: check | packages
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: .venv/installed-test
 	$(BIN)/ruff format --check --quiet $(SOURCES)

@@ -25,10 +25,22 @@ Rng = Callable[[int], np.random.Generator]
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """More comparisons than the level of each was made for are a failure."""
-    if len(statistics.COMPARISONS) > statistics.FAMILY and not statistics.FRESH:
-        made = f"{len(statistics.COMPARISONS)} statistical comparisons were made"
-        print(f"\n{made}, but FAMILY in tests/statistics.py is {statistics.FAMILY}: raise it")
+    made = len(statistics.COMPARISONS) + sum(OF_WORKERS)
+    if hasattr(session.config, "workeroutput"):  # one of several processes: the first counts for all
+        session.config.workeroutput["comparisons"] = made
+    elif made > statistics.FAMILY and not statistics.FRESH:
+        said = f"{made} statistical comparisons were made"
+        print(f"\n{said}, but FAMILY in tests/statistics.py is {statistics.FAMILY}: raise it")
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+#: Comparisons that other processes have made, where the tests are run by several.
+OF_WORKERS: list[int] = []
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    OF_WORKERS.append(getattr(node, "workeroutput", {}).get("comparisons", 0))
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

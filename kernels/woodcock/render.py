@@ -19,7 +19,7 @@ from woodcock.formats import Grid, read_grid
 from woodcock.launch import Launcher, statistics
 from woodcock.layers import exponents, layer_names
 from woodcock.layout import Layout, Read
-from woodcock.majorant.repair import MOST_ROUNDS, is_bound, raised
+from woodcock.repair import MOST_ROUNDS, is_bound, raised
 from woodcock.plan import lay_out
 from woodcock.probe import best_lanes, probe
 from woodcock.program import Program, compose

@@ -90,7 +90,7 @@ BUGS = {
         "spectrum_multiply(p.throughput, albedo), collide",
         "spectrum_scale(p.throughput, (real)1.01f), collide",
     ),
-    "short flights": ("-log(distance)", "-0.9f * log(distance)"),
+    "short flights": ("depth = -log(unit_fine(w.x))", "depth = -0.9f * log(unit_fine(w.x))"),
     "light in the dark": ("moments_add(&sums[c], pick((real)0.f, ", "moments_add(&sums[c], 1e-3f + pick((real)0.f, "),
 }
 
@@ -157,7 +157,9 @@ def test_no_drift_without_random_paths(box: Scene, device: Device) -> None:
 
 def test_a_float32_that_drifts_is_found(box: Scene, device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Flights that are longer by a twentieth in floats alone."""
-    monkeypatch.setattr(render, "compose", sinful("-log(distance)", "-1.05f * log(distance)"))
+    monkeypatch.setattr(
+        render, "compose", sinful("depth = -log(unit_fine(w.x))", "depth = -1.05f * log(unit_fine(w.x))")
+    )
     found = Renderer(described(box), device).drift()
     assert found is not None
     assert abs(found["relative"]) > 1e-5 + 5 * found["error"]

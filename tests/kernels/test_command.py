@@ -36,7 +36,9 @@ def test_render_writes_picture_and_report(scene: Path, tmp_path: Path) -> None:
     assert header["sampleRanges"] == "[[0, 37]]"
     report = json.loads((tmp_path / "out.report.json").read_text())
     assert report["samples"] == report["error"][-1]["samples"] == 37
-    assert set(report["seconds"]) == {"read", "build", "upload", "render", "write"}
+    assert report["certificate"]["failed"] == []
+    assert "rounding" not in report["certificate"]["not_checked"]
+    assert set(report["seconds"]) == {"read", "build", "upload", "render", "check", "write"}
     assert report["program_hash"] == header["programHash"]
     assert report["kinds"]["volume"] == ["constant"]
     assert report["rmse"] == pytest.approx(float(layers["variance.Y"].mean()) ** 0.5, rel=1e-5)

@@ -14,7 +14,7 @@ from woodcock import render
 from woodcock.device import Device
 from woodcock.film import Film
 from woodcock.layout import Layout, Read
-from woodcock.majorant.repair import raised
+from woodcock.repair import raised
 from woodcock.plan import lay_out
 from woodcock.scene import Scene
 

@@ -52,7 +52,7 @@ SINS = (
     ),
     Sin(
         "densities relative to the majorant before it was raised",
-        device("majorant/repair.py"),
+        device("repair.py"),
         '"mean_free_path", "volume_grid": "relative"}',
         '"mean_free_path"}',
         ("tests/kernels/test_majorant_repair.py::test_a_majorant_too_low_is_raised",),

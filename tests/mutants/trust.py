@@ -25,16 +25,16 @@ SINS = (
     ),
     Sin(
         "the small loop's densities stay as they were under a raised majorant",
-        device("majorant/repair.py"),
+        device("repair.py"),
         '"volume_grid": "relative"',
         '"volume_none": "relative"',
         (REPAIR,),
     ),
     Sin(
-        "samples that broke a majorant are kept",
+        "what was repaired counts as broken",
         device("render.py"),
-        "self._raise_majorant(excess)\n            sums, planes",
-        "self._raise_majorant(excess)\n            _, planes",
+        "found = replace(again, repaired",
+        "found = replace(found, repaired",
         (REPAIR,),
     ),
     Sin(

@@ -19,10 +19,10 @@ from woodcock.formats import Grid, read_grid
 from woodcock.launch import Launcher, statistics
 from woodcock.layers import exponents, layer_names
 from woodcock.layout import Layout, Read
-from woodcock.repair import MOST_ROUNDS, is_bound, raised
 from woodcock.plan import lay_out
 from woodcock.probe import best_lanes, probe
 from woodcock.program import Program, compose
+from woodcock.repair import MOST_ROUNDS, is_bound, raised
 from woodcock.report import Facts
 from woodcock.scene import Scene
 

@@ -14,8 +14,8 @@ from woodcock import render
 from woodcock.device import Device
 from woodcock.film import Film
 from woodcock.layout import Layout, Read
-from woodcock.repair import raised
 from woodcock.plan import lay_out
+from woodcock.repair import raised
 from woodcock.scene import Scene
 
 MAJORANTS: dict[str, dict[str, Any]] = {

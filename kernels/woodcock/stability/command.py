@@ -20,7 +20,7 @@ from woodcock.stability.table import sentences, table
 FAILED, BAD_INPUT = 1, 2
 
 #: Characters that the table takes at least; a narrower terminal wraps it.
-WIDTH = 160
+WIDTH = 190
 
 
 def stability(

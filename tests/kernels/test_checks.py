@@ -85,6 +85,13 @@ def test_what_cannot_be_asked_is_not_checked(box: Scene, device: Device) -> None
     assert found["darkness"]["status"] == "passed"
 
 
+def test_nothing_is_said_of_another_program(box: Scene, device: Device) -> None:
+    """Where the numbers of a law make another program, it is not asked."""
+    found = checked(described(box), device, "the hash of another one", read_file)
+    assert {one["status"] for one in found} == {"not checked"}
+    assert sum("another one" in one["reason"] for one in found) == 3
+
+
 BUGS = {
     "albedo lost": (
         "spectrum_multiply(p.throughput, albedo), collide",

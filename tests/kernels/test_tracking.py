@@ -57,7 +57,9 @@ def test_flights_survive_as_the_oracle_says(context: Context, lanes: int, kind: 
     accept(test.pvalue, exact=1000 < survived.size * right < survived.size - 1000)
 
 
-@pytest.mark.parametrize(("kind", "density"), [("exact", 1), ("ratio", 0.3), ("ratio", 0.9), ("ratio", 0)])
+@pytest.mark.parametrize(
+    ("kind", "density"), [("exact", 1), ("ratio", 0.3), ("ratio", 0.6), ("ratio", 0.9), ("ratio", 0)]
+)
 def test_transmittance_has_the_oracles_mean(context: Context, lanes: int, kind: str, density: float, rng: Rng) -> None:
     value = walks(context, lanes, kind, SHADOW, density, "value", rng)
     right = module("tracking", kind).transmittance(np.array(density * 1.6 / 0.25))

@@ -70,6 +70,6 @@ SINS = (
         device("checks.py"),
         "if own and not is_own(lay_out(changed, read)):",
         "if False:",
-        (CHECKS,),
+        (f"{CHECKS}::test_nothing_is_said_of_another_program",),
     ),
 )

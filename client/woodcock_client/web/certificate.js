@@ -25,7 +25,7 @@ export const Certificate = ({ certificate }) => html`
         <li key=${name} class=${status.replace(" ", "-")}>
           <span class="sign" aria-hidden="true">${SIGNS[status]}</span>
           <div>
-            <span class="name">${name}</span>${status !== "stated" && html` <span class="fact">${status}</span>`}
+            <h3><span class="name">${name}</span> ${status !== "stated" && html`<span class="fact">${status}</span>`}</h3>
             <p>${says}</p>
           </div>
         </li>

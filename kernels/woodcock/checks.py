@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
@@ -20,6 +19,7 @@ import numpy as np
 
 from woodcock import __version__, laws
 from woodcock.device import Device, cache_folder
+from woodcock.files import replacing
 from woodcock.film import Film
 from woodcock.formats import Grid, VolumeError
 from woodcock.image import ImageError
@@ -65,9 +65,8 @@ def checked(scene: Scene, device: Device, program_hash: str, read: Read) -> list
     except (OSError, ValueError):
         found = list(_all(scene, device, program_hash, cache(read)))
     kept.parent.mkdir(exist_ok=True)
-    temporary = kept.with_suffix(f".{os.getpid()}")
-    temporary.write_text(json.dumps(found))
-    temporary.replace(kept)
+    with replacing(kept) as temporary:
+        temporary.write_text(json.dumps(found))
     return found
 
 
@@ -95,7 +94,8 @@ def _all(scene: Scene, device: Device, program_hash: str, read: Read) -> Iterato
     def is_own(layout: Layout) -> bool:
         return program_of(layout, device, lanes)[0].hash == program_hash
 
-    few, layout = thinned(read), lay_out(small, thinned(read))
+    few = cache(thinned(read))
+    layout = lay_out(small, few)
     if is_own(layout):
         read = few
 

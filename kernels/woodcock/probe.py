@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import numpy as np
 from woodcock import __version__
 from woodcock.device import WIDTHS, Context, Device, DeviceError, cache_folder, check_toolchain, find
 from woodcock.evaluate import evaluate
+from woodcock.files import replacing
 
 TIMEOUT_SECONDS = 30
 
@@ -54,9 +54,8 @@ def probe(device: Device) -> Probe:
     result = Probe(lanes, None if lanes else f"{device.id} ({device.name}): {faults[1]}")
     if lanes:  # A fault may be mended without a new driver; it is looked at afresh.
         kept.parent.mkdir(exist_ok=True)
-        temporary = kept.with_suffix(f".{os.getpid()}")
-        temporary.write_text(json.dumps(asdict(result)))
-        temporary.replace(kept)
+        with replacing(kept) as temporary:
+            temporary.write_text(json.dumps(asdict(result)))
     return result
 
 

@@ -94,7 +94,7 @@ const Loading = () => html`
   <div class="heading" role="status"><h1>Renders</h1><span class="fact">Loading…</span></div>
   <ul class="wall" aria-hidden="true">
     ${Array.from({ length: 12 }, () => html`
-      <li><div class="card ghost"><div class="stage"></div><div class="line"></div><div class="line"></div></div></li>
+      <li><div class="ghost"><div class="stage"></div><div class="line"></div><div class="line"></div></div></li>
     `)}
   </ul>
 `;

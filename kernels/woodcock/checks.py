@@ -22,9 +22,10 @@ from woodcock.device import Device, cache_folder
 from woodcock.files import replacing
 from woodcock.film import Film
 from woodcock.formats import Grid, VolumeError
+from woodcock.generic import widen
 from woodcock.image import ImageError
 from woodcock.layout import Layout, Read
-from woodcock.plan import lay_out
+from woodcock.plan import lay_out, settled
 from woodcock.probe import best_lanes, probe
 from woodcock.render import Renderer, program_of
 from woodcock.scene import Scene, SceneError
@@ -52,18 +53,20 @@ class Check(TypedDict):
     reason: str
 
 
-def checked(scene: Scene, device: Device, program_hash: str, read: Read) -> list[Check]:
+def checked(scene: Scene, device: Device, program_hash: str, read: Read, *, full: bool = False) -> list[Check]:
     """Every law's check for a program on a device, looked up or made now. Raises DeviceError.
 
-    read: gives the scene's grids.
+    read: gives the scene's grids; full: the program is the one with everything switched on, whose text does not tell
+    what a scene uses of it.
     """
-    key = hashlib.sha256(f"{program_hash}|{device.identity}|{__version__}".encode()).hexdigest()
+    of = scene.model_dump_json() if full else ""
+    key = hashlib.sha256(f"{program_hash}|{device.identity}|{__version__}{of}".encode()).hexdigest()
     kept = cache_folder() / "checks" / f"{key[:32]}.json"
     try:
         found: list[Check] = json.loads(kept.read_text())
         return found
     except (OSError, ValueError):
-        found = list(_all(scene, device, program_hash, cache(read)))
+        found = list(_all(scene, device, program_hash, cache(read), full))
     kept.parent.mkdir(exist_ok=True)
     with replacing(kept) as temporary:
         temporary.write_text(json.dumps(found))
@@ -85,7 +88,7 @@ def thinned(read: Read) -> Read:
     return few
 
 
-def _all(scene: Scene, device: Device, program_hash: str, read: Read) -> Iterator[Check]:
+def _all(scene: Scene, device: Device, program_hash: str, read: Read, full: bool) -> Iterator[Check]:
     longer = max(scene.film.width, scene.film.height)
     width, height = (max(1, round(SIDE * side / longer)) for side in (scene.film.width, scene.film.height))
     small = scene.model_copy(update={"film": scene.film.model_copy(update={"width": width, "height": height})})
@@ -94,18 +97,23 @@ def _all(scene: Scene, device: Device, program_hash: str, read: Read) -> Iterato
     def is_own(layout: Layout) -> bool:
         return program_of(layout, device, lanes)[0].hash == program_hash
 
+    laid_out = widen if full else lay_out
     few = cache(thinned(read))
-    layout = lay_out(small, few)
+    # Settled now: with numbers for which the answer is known, another majorant might suit the scene.
+    asked = settled(small, few)
+    layout = laid_out(asked, few)
     if is_own(layout):
         read = few
+    else:
+        asked = settled(small, read)
 
     def render(changed: Scene, *, own: bool = True, samples: int | None = None) -> Film:
-        if own and not is_own(lay_out(changed, read)):
+        if own and not is_own(laid_out(changed, read)):
             raise laws.DoesNotApply("with numbers for which the answer is known, the program would be another one")
-        return Renderer(changed, device, read=read).render(0, samples or SAMPLES)
+        return Renderer(changed, device, read=read, full=own and full).render(0, samples or SAMPLES)
 
     for law in laws.laws_of(scene):
-        yield _check(law, small, layout, render)
+        yield _check(law, asked, layout, render)
 
 
 def _check(law: laws.Law, scene: Scene, layout: Layout, render: laws.Render) -> Check:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
 from typing import TypedDict
 
 import numpy as np
@@ -45,7 +44,7 @@ def drift(layout: Layout, launcher: Launcher) -> Drift | None:
     launcher: of its program in floats; its inputs are used again. Raises DeviceError.
     """
     small, (width, height) = _small(layout)
-    pixels, channels = width * height, layout.channels
+    pixels, channels = width * height, sum("." not in name for name in layout.names)
     single = launcher.with_inputs({"scene": small.pack()})
     began = time.perf_counter()
     single.run(pixels, 0, 1)
@@ -80,6 +79,4 @@ def _small(layout: Layout) -> tuple[Layout, tuple[int, int]]:
     """The same view through few pixels, and how many; its program is the same."""
     (film,) = (record for record in layout.records if record.member == "film")
     width, height = (min(film.values[side], SIDE) for side in ("width", "height"))
-    looked = replace(film, values={**film.values, "width": width, "height": height})
-    records = tuple(looked if record is film else record for record in layout.records)
-    return replace(layout, records=records), (width, height)
+    return layout.through(width, height), (width, height)

@@ -6,6 +6,7 @@ from typing import TypedDict
 
 from woodcock.checks import Check, checked
 from woodcock.drift import Drift
+from woodcock.generic import Gain, measure_gain
 from woodcock.program import OPTIONS
 from woodcock.render import Renderer, read_file
 from woodcock.scene import Scene
@@ -13,12 +14,13 @@ from woodcock.scene import Scene
 
 class Evidence(TypedDict):
     """options: of the compiler; drift: of the picture's own numbers, None where there is none to measure; checks: of
-    the program on the device.
+    the program on the device; gain: of leaving out what the scene does not need, None where it cannot be measured.
     """
 
     options: list[str]
     drift: Drift | None
     checks: list[Check]
+    gain: Gain | None
 
 
 def gather(renderer: Renderer, scene: Scene) -> Evidence:
@@ -26,5 +28,6 @@ def gather(renderer: Renderer, scene: Scene) -> Evidence:
     return {
         "options": list(OPTIONS),
         "drift": renderer.drift(),
-        "checks": checked(scene, renderer.device, renderer.program_hash, read_file),
+        "checks": checked(scene, renderer.device, renderer.program_hash, read_file, full=renderer.full),
+        "gain": measure_gain(renderer, scene),
     }

@@ -18,14 +18,19 @@ from woodcock.space import Array
 GROUP = 32
 
 
+def work_items(pixels: int, lanes: int) -> int:
+    """How many a launch over so many pixels takes: whole groups."""
+    return -(-pixels // (lanes * GROUP)) * GROUP
+
+
 class Launcher:
     """inputs: on the device, by name; first the scene's record, then the program's buffers in order."""
 
     def __init__(self, context: Context, program: Program, channels: int, inputs: Mapping[str, Any]) -> None:
         """channels: of the film. Raises DeviceError for a program that the device cannot build."""
-        self.context, self.lanes, self.inputs = context, program.lanes, dict(inputs)
+        self.context, self.lanes, self.listed, self.inputs = context, program.lanes, program.listed, dict(inputs)
         self._channels = channels
-        self._kernel = context.build(program.text, OPTIONS, "render")
+        self.kernel = context.build(program.text, OPTIONS, "render")
 
     def with_inputs(self, arrays: Mapping[str, Any]) -> Launcher:
         """The same program, reading other arrays by these names."""
@@ -39,14 +44,21 @@ class Launcher:
         for name, array in arrays.items():
             self.inputs[name] = self.context.upload(array)
 
-    def run(self, pixels: int, first: int, samples: int) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-        """Samples [first, first + samples) of so many pixels: sums (channels, 4, pixels), faults (PLANES, pixels)."""
-        items = -(-pixels // (self.lanes * GROUP)) * GROUP
+    def run(
+        self, pixels: int | NDArray[np.int32], first: int, samples: int
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """Samples [first, first + samples) of the first so many pixels, or, by a program that takes a list, of those
+        with these indices: sums (channels, 4, pixels), faults (PLANES, pixels)."""
+        indices = np.arange(pixels, dtype=np.int32) if isinstance(pixels, int) else pixels
+        pixels = indices.size
+        items = work_items(pixels, self.lanes)
         sums = np.zeros((self._channels, 4, items * self.lanes), np.float32)
         faults = np.zeros((PLANES, items * self.lanes), np.uint32)
         outputs = [self.context.output(array) for array in (sums, faults)]
         numbers = np.uint32(first), np.uint32(samples)
-        self._kernel(self.context.queue, (items,), (GROUP,), *self.inputs.values(), *outputs, *numbers)
+        # Lanes beyond the list render some of its pixels once more.
+        lists = [self.context.upload(np.resize(indices, items * self.lanes))] if self.listed else []
+        self.kernel(self.context.queue, (items,), (GROUP,), *self.inputs.values(), *lists, *outputs, *numbers)
         for array, buffer in zip((sums, faults), outputs, strict=True):
             self.context.download(array, buffer)
         return sums[..., :pixels], faults[:, :pixels]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -45,13 +45,19 @@ def module(concept: str, kind: str) -> ModuleType:
 
 @dataclass(frozen=True)
 class Record:
-    """One struct in the scene's record: `struct <concept>_<kind> <member>`."""
+    """One struct in the scene's record: `struct <concept>_<kind> <member>`; others: of an array, the values of the
+    elements that follow the first."""
 
     concept: str
     kind: str
     member: str
     fields: Mapping[str, str]
     values: Mapping[str, Any]
+    others: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def elements(self) -> tuple[Mapping[str, Any], ...]:
+        return (self.values, *self.others)
 
     @property
     def struct(self) -> str:
@@ -63,7 +69,8 @@ class Layout:
     """What a scene needs on the device.
 
     kinds: by concept; names: of the film's channels; parts: what `flatten` joins after lanes, vectors, spectra and
-    structs, with `struct world` and the entry coming from `program.py`; facts: what the report says beside.
+    structs, with `struct world` and the entry coming from `program.py`; facts: what the report says beside;
+    listed: can it be launched over a list of pixels?
     """
 
     integrator: str
@@ -76,11 +83,18 @@ class Layout:
     before_world: tuple[str, ...]
     after_world: tuple[str, ...]
     facts: dict[str, Any] = field(default_factory=dict)
+    listed: bool = False
 
     @property
     def deterministic(self) -> bool:
         """Is it solved without random numbers?"""
         return not self.integrator.startswith("volumetric_path")
+
+    def through(self, width: int, height: int) -> Layout:
+        """The same view through so many pixels; its program is the same."""
+        (film,) = (record for record in self.records if record.member == "film")
+        looked = replace(film, values={**film.values, "width": width, "height": height})
+        return replace(self, records=tuple(looked if record is film else record for record in self.records))
 
     def structs(self, *, precise: bool = False) -> str:
         """The C text of every struct and of `struct scene`, which holds one member a record; precise: 8 bytes a member,
@@ -89,7 +103,11 @@ class Layout:
         for record in {record.struct: record for record in self.records}.values():
             members = " ".join(f"{ctype} {name};" for name, ctype in record.fields.items())
             lines.append(f"struct {record.struct} {{ {members} }};")
-        members = " ".join(f"struct {record.struct} {record.member};" for record in self.records)
+        counts = [f"[{len(record.elements)}]" if record.others else "" for record in self.records]
+        members = " ".join(
+            f"struct {record.struct} {record.member}{count};"
+            for record, count in zip(self.records, counts, strict=True)
+        )
         text = "\n".join([*lines, f"struct scene {{ {members} }};"]) + "\n"
         # vector3, affine and colour follow `number`.
         return re.sub(r"\b(float|int|uint)\b", lambda name: WIDE[name[0]], text) if precise else text
@@ -98,14 +116,16 @@ class Layout:
         """The numbers' bytes, as `struct scene` lays them out; unrounded if precise."""
         parts: list[NDArray[np.uint8]] = []
         for record in self.records:
-            for name, ctype in record.fields.items():
-                parts.append(_bytes(record.values[name], ctype, self.channels, 8 if precise else 4))
+            for values in record.elements:
+                for name, ctype in record.fields.items():
+                    parts.append(_bytes(values[name], ctype, self.channels, 8 if precise else 4))
         return np.concatenate(parts)
 
     def offsets(self) -> list[int]:
         """Byte offset of every member of `struct scene`, and last its size."""
         sizes = [
             sum(4 * (self.channels if ctype == "colour" else WIDTHS[ctype]) for ctype in record.fields.values())
+            * len(record.elements)
             for record in self.records
         ]
         return [0, *np.cumsum(sizes).tolist()]

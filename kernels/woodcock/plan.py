@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from woodcock.formats import Grid
 from woodcock.integrator import emission_absorption, transmittance, volumetric_path, volumetric_path_full
 from woodcock.layout import Layout, Read
-from woodcock.scene import ConstantVolume, MeshShape, Scene, Volume
+from woodcock.majorant.choice import chosen
+from woodcock.scene import ConstantVolume, GlobalMajorant, MeshShape, RelativeErrorStop, Scene, Volume
 
 
 def integrator(scene: Scene) -> str:
@@ -31,6 +33,15 @@ def _is_mesh(volume: Volume) -> bool:
     return isinstance(volume, ConstantVolume) and isinstance(volume.shape, MeshShape)
 
 
+def settled(scene: Scene, read: Read) -> Scene:
+    """The scene with a majorant, its own or the one that suits it. Raises VolumeError."""
+    if scene.majorant:
+        return scene
+    bounded = scene.model_copy(update={"majorant": GlobalMajorant()})
+    majorant = chosen(scene, read, small_loop=volumetric_path.suits(bounded, read))
+    return scene.model_copy(update={"majorant": majorant})
+
+
 def lay_out(scene: Scene, read: Read) -> Layout:
     """Lays the scene out for its integrator; `read` gives the grids, each asked for once.
 
@@ -46,6 +57,10 @@ def lay_out(scene: Scene, read: Read) -> Layout:
             return transmittance.lay_out(scene, once)
         case "emission_absorption":
             return emission_absorption.lay_out(scene, once)
+    scene = settled(scene, once)
     if volumetric_path.suits(scene, once):
-        return volumetric_path.lay_out(scene, once)
-    return volumetric_path_full.lay_out(scene, once)
+        layout = volumetric_path.lay_out(scene, once)
+    else:
+        layout = volumetric_path_full.lay_out(scene, once)
+    # Only this contract leaves out pixels.
+    return replace(layout, listed=isinstance(scene.stop, RelativeErrorStop))

@@ -21,10 +21,11 @@ INCLUDE = re.compile(r'#include "(.+)"\n')
 
 @dataclass(frozen=True)
 class Program:
-    """text: OpenCL C, self-contained; lanes: paths in lockstep of one work item."""
+    """text: OpenCL C, self-contained; lanes: paths in lockstep of one work item; listed: it takes a list of pixels."""
 
     text: str
     lanes: int
+    listed: bool = False
 
     @cached_property
     def hash(self) -> str:
@@ -68,7 +69,7 @@ def compose(layout: Layout, lanes: int, *, precise: bool = False) -> Program:
         f"integrator/{layout.integrator}.cl",
         entry(layout),
     ]
-    return Program(flatten(parts), lanes)
+    return Program(flatten(parts), lanes, layout.listed)
 
 
 def file_of(concept: str, kind: str) -> str:
@@ -91,15 +92,18 @@ def entry(layout: Layout) -> str:
     arguments = [
         "__constant const struct scene *scene",
         *_buffers(layout),
+        *(("__global const int *pixels",) if layout.listed else ()),
         "__global float *film",
         "__global uint *faults",
         "uint first",
         "uint samples",
     ]
     members = "".join(f", {name}" for name in layout.buffers)
+    lane = "(int)get_global_id(0) * LANES + lane_index()"
+    pixel = f", gather(int, pixels, {lane})" if layout.listed else f", {lane}"
     return f"""
 __kernel void render({", ".join(arguments)}) {{
     const struct world world = {{scene{members}}};
-    {layout.integrator}(&world, film, faults, first, samples);
+    {layout.integrator}(&world, film, faults, first, samples{"" if layout.deterministic else pixel});
 }}
 """

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from woodcock import deterministic
 from woodcock.batches import Batches
@@ -16,9 +18,12 @@ from woodcock.drift import Drift, drift
 from woodcock.faults import audited
 from woodcock.film import Film
 from woodcock.formats import Grid, read_grid
+from woodcock.generic import is_widened, widen
 from woodcock.launch import Launcher, statistics
-from woodcock.layers import exponents, layer_names
+from woodcock.layers import exponents
 from woodcock.layout import Layout, Read
+from woodcock.leanness import contents
+from woodcock.markers import built, is_wide
 from woodcock.plan import lay_out
 from woodcock.probe import best_lanes, probe
 from woodcock.program import Program, compose
@@ -28,6 +33,11 @@ from woodcock.scene import Scene
 
 #: A launch's sums are pairs of floats; this many samples keep them exact to float64 rounding of the merge.
 LARGEST_LAUNCH = 1 << 16
+
+
+#: Indices of pixels; None for all.
+Pixels: TypeAlias = NDArray[np.int32] | None
+T = TypeVar("T", bound=np.generic)
 
 
 def read_file(file: str, name: str | None) -> Grid:
@@ -43,22 +53,34 @@ def program_of(layout: Layout, device: Device, lanes: int) -> tuple[Program, boo
 
 
 class Renderer:
-    """A scene made ready on a device. seconds: of read, build and upload; kinds: compiled in, by concept.
+    """A scene made ready on a device. seconds: of read, build and upload; kinds: compiled in, by concept; full: by the
+    program with everything switched on.
 
     Raises VolumeError for a volume that cannot be read, DeviceError for a device that cannot do it.
     """
 
-    def __init__(self, scene: Scene, device: Device, *, lanes: int | None = None, read: Read = read_file) -> None:
-        """read: gives the scene's grids, by file and name."""
+    def __init__(
+        self,
+        scene: Scene,
+        device: Device,
+        *,
+        lanes: int | None = None,
+        read: Read = read_file,
+        full: bool = False,
+        layout: Layout | None = None,
+    ) -> None:
+        """read: gives the scene's grids, by file and name; full: by the program with everything switched on; layout: of
+        the scene, where there is one already.
+        """
         self.device = device
         self.lanes = lanes or best_lanes(device, probe(device))
         self.seconds: dict[str, float] = {}
         self._film = scene.film
 
         start = time.perf_counter()
-        layout = lay_out(scene, read)
+        layout = layout or (widen if full else lay_out)(scene, read)
         self.kinds = {concept: list(kinds) for concept, kinds in layout.kinds.items()}
-        self.names = layer_names(scene, layout.channels)
+        self.names, self.full = layout.names, is_widened(layout)
         space = layout.space
         self._exponents = np.array(exponents(self.names, space.radiance_exponent, space.length_exponent))
         self.seconds["read"] = (read_at := time.perf_counter()) - start
@@ -67,13 +89,16 @@ class Renderer:
         self._precision: Literal["float", "double"] = "double" if precise else "float"
         self.lanes, self.program_hash = program.lanes, program.hash
         self._launcher = Launcher(Context.on(device), program, len(self.names), {})
-        self.seconds["build"] = (built := time.perf_counter()) - read_at
+        self._contents = contents(program, self._launcher.context, self._launcher.kernel)
+        self.seconds["build"] = (built_at := time.perf_counter()) - read_at
 
         self._launcher.upload({"scene": layout.pack(precise=precise), **layout.buffers})
         self._layout = _without_volumes(layout)
-        self.seconds["upload"] = (uploaded := time.perf_counter()) - built
+        self.seconds["upload"] = (uploaded := time.perf_counter()) - built_at
         # Some drivers compile at the first launch, for the size of its groups; that is no rendering.
-        self._launcher.run(1, 0, 1)
+        pixels = scene.film.width * scene.film.height
+        self._launcher.run(pixels if is_wide(pixels, self.lanes) else 1, 0, 1)
+        built(device, program, pixels)
         self.seconds["build"] += time.perf_counter() - uploaded
 
     def facts(self) -> Facts:
@@ -94,46 +119,79 @@ class Renderer:
             "unscattered": self._layout.facts.get("unscattered"),
             "media": self._layout.facts.get("media", []),
             "seconds": self.seconds,
+            "program": self._contents,
         }
 
-    def render(self, start: int, stop: int) -> Film:
-        """Exactly the samples [start, stop) of every pixel."""
+    def render(self, start: int, stop: int, pixels: Pixels = None) -> Film:
+        """Exactly the samples [start, stop) of every pixel, or of those with these indices y × width + x."""
         film = Film.empty(self._film.width, self._film.height, self.names)
         for first in range(start, stop, LARGEST_LAUNCH):
-            film = film.merge(self._launch(first, min(stop, first + LARGEST_LAUNCH)))
+            film = film.merge(self._launch(first, min(stop, first + LARGEST_LAUNCH), pixels))
         return film
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Of its pictures, width and height."""
+        return self._film.width, self._film.height
+
+    @property
+    def listed(self) -> bool:
+        """Does rendering some pixels cost less than rendering all?"""
+        return self._launcher.listed
+
+    def through(self, width: int, height: int) -> Renderer:
+        """The same view through so many pixels, by the same program; what it learns of majorants stays its own."""
+        other = copy(self)
+        other._film = self._film.model_copy(update={"width": width, "height": height})
+        other._layout = self._layout.through(width, height)
+        other._launcher = self._launcher.with_inputs({"scene": other._layout.pack(precise=self._precision == "double")})
+        return other
 
     def drift(self) -> Drift | None:
         """What float32 does to the picture; None where it has none, or the device has no doubles to tell by."""
-        return drift(self._layout, self._launcher) if self._random and self.device.doubles else None
+        return None if self.deterministic or not self.device.doubles else drift(self._layout, self._launcher)
 
     @property
-    def _random(self) -> bool:
-        return not self._layout.deterministic
+    def deterministic(self) -> bool:
+        """Does it render without random numbers?"""
+        return self._layout.deterministic
 
-    def _launch(self, first: int, stop: int) -> Film:
+    def _launch(self, first: int, stop: int, pixels: Pixels) -> Film:
         width, height, samples = self._film.width, self._film.height, stop - first
-        sums, planes = self._launcher.run(width * height, first, samples)
+        sums, planes = self._run(first, samples, pixels)
         found, excess = audited(planes)
         for _ in range(MOST_ROUNDS):
             if not excess:
                 break
             self._raise_majorant(excess)
-            sums, planes = self._launcher.run(width * height, first, samples)
+            sums, planes = self._run(first, samples, pixels)
             again, excess = audited(planes)
             found = replace(again, repaired=found.repaired + found.violations)
-        if not self._random:
+        if self.deterministic:
             return deterministic.film(sums, (first, stop), (height, width), self.names, self._exponents, found)
         mean, m2 = statistics(sums, samples)
-        return Film(
-            np.full((height, width), samples, np.uint32),
-            np.ldexp(mean.reshape(height, width, -1), self._exponents),
-            np.ldexp(m2.reshape(height, width, -1), 2 * self._exponents),
+        film = Film(
+            self._placed(np.full((len(mean), 1), samples, np.uint32), pixels)[..., 0],
+            self._placed(np.ldexp(mean, self._exponents), pixels),
+            self._placed(np.ldexp(m2, 2 * self._exponents), pixels),
             self.names,
             ((first, stop),),
             found,
-            Batches(1),
         )
+        return replace(film, batches=Batches(1, 0.0, samples, film.mean_luminance())) if pixels is None else film
+
+    def _run(self, first: int, samples: int, pixels: Pixels) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        everything = self._film.width * self._film.height
+        if pixels is None or self._launcher.listed:
+            return self._launcher.run(everything if pixels is None else pixels, first, samples)
+        sums, planes = self._launcher.run(everything, first, samples)
+        return sums[..., pixels], planes[:, pixels]
+
+    def _placed(self, values: NDArray[T], pixels: Pixels) -> NDArray[T]:
+        """Values (pixels, channels) in the picture, 0 elsewhere."""
+        picture = np.zeros((self._film.height * self._film.width, values.shape[1]), values.dtype)
+        picture[slice(None) if pixels is None else pixels] = values
+        return picture.reshape(self._film.height, self._film.width, -1)
 
     def _raise_majorant(self, excess: float) -> None:
         self._layout = raised(self._layout, excess)

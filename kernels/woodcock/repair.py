@@ -8,7 +8,7 @@ that is not yet found leaves vanishes as samples grow. Here the samples that fou
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,15 +25,34 @@ MOST_ROUNDS = 8
 
 
 def raised(layout: Layout, excess: float) -> Layout:
-    """The same scene under a majorant higher by a little more than `excess`; its program is the same."""
+    """The same scene under a majorant higher by a little more than `excess`; its program is the same.
+
+    Where a bound was wrong the controls are not trusted either: they become 0, and the residual the whole majorant.
+    """
     factor = excess * MARGIN
-    buffers = {name: _scaled(array, factor) if is_bound(name) else array for name, array in layout.buffers.items()}
-    return replace(layout, records=tuple(_raised(record, factor) for record in layout.records), buffers=buffers)
+    records = tuple(_raised(record, factor) for record in layout.records)
+    buffers = dict(layout.buffers)
+    for name, array in layout.buffers.items():
+        if name.startswith("minorant_"):
+            buffers[name] = _scaled(array, 0.0)
+        elif is_bound(name):
+            buffers[name] = _scaled(array, factor)
+    if "majorant_residual" in buffers:
+        buffers["majorant_residual"] = buffers.get("majorant_grid_bounds", _of_all(records))
+    return replace(layout, records=records, buffers=buffers)
 
 
 def is_bound(name: str) -> bool:
-    """Whether a buffer holds bounds."""
-    return name.startswith("majorant_")
+    """Whether a buffer holds bounds, from above or below."""
+    return name.startswith(("majorant_", "minorant_"))
+
+
+def _of_all(records: Iterable[Record]) -> NDArray[np.float32]:
+    """(1,): the one majorant of the whole volume."""
+    found = next(
+        (record.values for record in records if record.struct == "majorant_global"), {"mean_free_path": np.inf}
+    )
+    return np.array([1 / found["mean_free_path"]], np.float32)
 
 
 def _raised(record: Record, factor: float) -> Record:

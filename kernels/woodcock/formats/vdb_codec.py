@@ -9,16 +9,13 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
-import blosc
 import numpy as np
 import numpy.typing as npt
 
 from woodcock.formats.grid import Data, VolumeError
-
-# The buffers of a file are a few kilobytes each: handing them to threads costs more than unpacking them.
-blosc.set_nthreads(1)
 
 ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4  # the bits of a grid's compression flags
 
@@ -146,6 +143,15 @@ def _zip(chunk: bytes, size: int) -> bytes:
     return unpacked
 
 
+@cache
+def _blosc() -> Any:
+    import blosc
+
+    # The buffers of a file are a few kilobytes each: handing them to threads costs more than unpacking them.
+    blosc.set_nthreads(1)
+    return blosc
+
+
 def unpack_blosc(chunk: bytes, size: int) -> bytes:
     """The `size` bytes that one blosc buffer holds. Raises VolumeError."""
     # blosc believes the size in the buffer's own header and allocates it: check first.
@@ -154,6 +160,7 @@ def unpack_blosc(chunk: bytes, size: int) -> bytes:
     unpacked_size, _, packed_size = struct.unpack_from("<3I", chunk, 4)
     if unpacked_size != size or packed_size != len(chunk):
         raise VolumeError(f"is damaged: a blosc buffer does not unpack to the {size} bytes that are due")
+    blosc = _blosc()
     try:
         unpacked: bytes = blosc.decompress(chunk)
     except blosc.blosc_extension.error:

@@ -1,5 +1,5 @@
 // The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
-// One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+// A lane is one path of its own pixel; one whose path ends starts its pixel's next sample at once.
 #include "core/audit.h"
 #include "core/box.h"
 #include "core/moments.h"
@@ -25,10 +25,10 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
 }
 
-static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples) {
-    const uint lane0 = (uint)get_global_id(0) * LANES, pixels = (uint)get_global_size(0) * LANES;
+static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples, integer pixel) {
+    const uint lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
     const int width = world->scene->film.width;
-    const integer pixel = (integer)(int)lane0 + lane_index(), y = pixel / width, x = pixel - y * width;
+    const integer y = pixel / width, x = pixel - y * width;
     const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 

@@ -13,7 +13,17 @@ import numpy as np
 from woodcock.layers import layer_names
 from woodcock.layout import Buffers, Kinds, Layout, Read, Record, coloured, instances, module
 from woodcock.program import file_of
-from woodcock.scene import BoxFilter, BoxShape, ConstantVolume, GlobalMajorant, HenyeyGreensteinPhase, Scene, Volume
+from woodcock.scene import (
+    BoxFilter,
+    BoxShape,
+    ConstantVolume,
+    DeltaFreeFlight,
+    GlobalMajorant,
+    HenyeyGreensteinPhase,
+    RatioTransmittance,
+    Scene,
+    Volume,
+)
 from woodcock.space import Array, Space
 from woodcock.volume.field import CHUNK
 
@@ -35,6 +45,8 @@ def suits(scene: Scene, read: Read) -> bool:
         plain = volume.interpolation == "trilinear" and volume.albedo_grid is None and volume.storage_error == 0
         values = read(volume.file, volume.grid).values
         plain = plain and not isinstance(volume.scale, tuple) and values.ndim == 3 and values.nbytes <= CHUNK
+        plain = plain and scene.free_flight in (None, DeltaFreeFlight())
+        plain = plain and scene.transmittance in (None, RatioTransmittance())
     sharp = isinstance(volume.phase, HenyeyGreensteinPhase) and volume.phase.g > SHARPEST
     return (
         plain

@@ -1,5 +1,5 @@
 // The volume rendering equation with everything that a scene can hold: L = L0 + K L0 + K² L0 + …, by tracing paths from the
-// camera. One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+// camera. A lane is one path of its own pixel; one whose path ends starts its pixel's next sample at once.
 //
 // A lane walks segments. Each begins by asking what lies ahead: the nearest surface, and the collision that each constant
 // medium would make by itself; the first of them ends it, unless tracking through the grids collides before. Media add
@@ -40,7 +40,7 @@ static inline void path_begin(path *p, surface_state *s, const struct world *wor
 }
 
 // What ends the segments that begin.
-static inline void segments_begin(path *p, surface_state *s, const struct world *world, majorant_walk *walk) {
+static inline void segments_begin(path *p, surface_state *s, const struct world *world, grid_state *walk) {
     mask fresh = p->fresh;
     real end = p->length;
     surfaces_ahead(s, p, world, &end, fresh);
@@ -61,15 +61,15 @@ static inline void segments_begin(path *p, surface_state *s, const struct world 
     p->fresh &= ~fresh;
 }
 
-static inline void volumetric_path_full(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples) {
-    const uint lane0 = (uint)get_global_id(0) * LANES, pixels = (uint)get_global_size(0) * LANES;
+static inline void volumetric_path_full(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples, integer pixel) {
+    const uint lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
     const int width = world->scene->film.width;
-    const integer pixel = (integer)(int)lane0 + lane_index(), y = pixel / width, x = pixel - y * width;
+    const integer y = pixel / width, x = pixel - y * width;
 
     // Every lane starts the first sample of its pixel.
     path p = {{(word)0u}};
     surface_state s = {0};
-    majorant_walk walk = {0};
+    grid_state walk = {0};
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;
     p.random.seed = world->scene->film.seed;
@@ -148,7 +148,7 @@ static inline void volumetric_path_full(const struct world *world, __global floa
             found.unfinished -= bad;
             for (int c = 0; c < CHANNELS; ++c) {
                 real value = spectrum_channel(p.radiance, c);
-                mask wrong = end & ~bad & ~(test(value >= 0.f) & test(value < INFINITY));
+                mask wrong = end & ~bad & ~(test(value >= LEAST) & test(value < INFINITY));
                 audit_value(&found, value, wrong);
                 bad |= wrong;
             }
@@ -161,6 +161,6 @@ static inline void volumetric_path_full(const struct world *world, __global floa
         }
     }
 
-    for (int c = 0; c < CHANNELS + LAYERS; ++c) moments_store(&sums[c], film + (size_t)(4 * c) * pixels + lane0, pixels);
+    for (int c = 0; c < PLANES; ++c) moments_store(&sums[PLANE(c)], film + (size_t)(4 * c) * pixels + lane0, pixels);
     audit_store(&found, faults + lane0, pixels);
 }

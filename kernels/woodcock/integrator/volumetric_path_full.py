@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from woodcock.material.emissive import power
 from woodcock.phase.compose import compose as compose_phases
 from woodcock.phase.compose import delta_fraction, without_delta
 from woodcock.program import file_of
-from woodcock.scene import ConstantVolume, EmissiveMaterial, GridVolume, MeshShape, Scene, SceneError, Volume
+from woodcock.scene import ConstantVolume, EmissiveMaterial, GridVolume, Light, MeshShape, Scene, SceneError, Volume
 from woodcock.space import Array, Space
 from woodcock.surface.build import Body, build, media_at, place
 from woodcock.surface.build import corners as corners_of_surfaces
@@ -39,32 +40,48 @@ static inline real phase_eval(const struct world *world, integer medium, vector 
 """
 
 
+@dataclass(frozen=True)
+class Contents:
+    """What is in a scene, read and placed. corners: (n, 3) of what is finite; channels: that the picture needs."""
+
+    media: tuple[Medium, ...]
+    lights: list[Light | image.Picture]
+    bodies: tuple[Body, ...]
+    corners: Array
+    space: Space
+    channels: int
+
+    @classmethod
+    def of(cls, scene: Scene, volumes: tuple[Volume, ...], read: Read) -> Contents:
+        """volumes: in place of the scene's. Raises VolumeError, ImageError, MeshError, SceneError."""
+        media = read_media(volumes, read)
+        lights = image.read_all(scene.lights)
+        bodies = place(scene.surfaces, _meshes(volumes), cache(lambda file: read_mesh(Path(file))))
+        corners = _corners(media, bodies)
+        space = Space.around(corners, _strongest(scene, lights, media, corners))
+        many = any(medium.coloured for medium in media) or any(map(image.is_coloured, lights))
+        return cls(media, lights, bodies, corners, space, 3 if coloured(scene) or many else 1)
+
+    def bounds(self, scene: Scene) -> Record:
+        inside = media_at(self.bodies, np.array(scene.camera.origin))
+        return Record("bounds", "", "bounds", BOUNDS, _bounds(self.corners, self.space, inside))
+
+    def series(self, scene: Scene) -> dict[str, Any]:
+        """Facts of the Neumann series."""
+        return {
+            "norm": series.norm(scene, self.media, self.corners),
+            "unscattered": series.unscattered(self.lights, scene, self.media, self.corners),
+        }
+
+
 def lay_out(scene: Scene, read: Read) -> Layout:
     """Raises VolumeError, ImageError, SceneError."""
     volumes = tuple(without_deltas(volume, f"volumes[{i}]") for i, volume in enumerate(scene.volumes))
-    media = read_media(volumes, read)
-    lights = image.read_all(scene.lights)
-    bodies = place(scene.surfaces, _meshes(volumes), cache(lambda file: read_mesh(Path(file))))
-    corners = _corners(media, bodies)
-    space = Space.around(corners, _strongest(scene, lights, media, corners))
-    many = any(medium.coloured for medium in media) or any(map(image.is_coloured, lights))
-    channels = 3 if coloured(scene) or many else 1
-
-    composed = compose_media(media, space, scene.majorant)
+    held = Contents.of(scene, volumes, read)
+    media, lights, bodies, space, channels = held.media, held.lights, held.bodies, held.space, held.channels
     surfaces = compose_surfaces(build(bodies, space), space, channels) if bodies else None
     phase = compose_phases([volume.phase for volume in volumes])
     shining, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(lights)), space)
-    kinds: Kinds = {
-        "integrator": ("volumetric_path",),
-        "camera": (scene.camera.kind,),
-        "filter": (scene.film.filter.kind,),
-        **composed.kinds,
-        "shape": tuple(dict.fromkeys(volume.shape.kind for volume in volumes if isinstance(volume, ConstantVolume))),
-        "phase": phase.kinds,
-        "light": tuple(dict.fromkeys(light.kind for light in lights)),
-        **(surfaces.kinds if surfaces else {}),
-    }
-    ours = ("camera", "filter", "phase", "light", "shape")
     uses = parts.Uses(
         scene=scene,
         volumes=volumes,
@@ -74,17 +91,32 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         surfaces=surfaces is not None,
         shining=surfaces is not None and surfaces.emits,
     )
-    inside = media_at(bodies, np.array(scene.camera.origin))
+    assert scene.majorant, "the plan settles it"
+    composed = compose_media(
+        media, space, scene.majorant, control=uses.control, residual=uses.transmittance == "residual_ratio"
+    )
+    kinds: Kinds = {
+        "integrator": ("volumetric_path",),
+        "camera": (scene.camera.kind,),
+        "filter": (scene.film.filter.kind,),
+        **composed.kinds,
+        **_estimators(uses),
+        "shape": tuple(dict.fromkeys(volume.shape.kind for volume in volumes if isinstance(volume, ConstantVolume))),
+        "phase": phase.kinds,
+        "light": tuple(dict.fromkeys(light.kind for light in lights)),
+        **(surfaces.kinds if surfaces else {}),
+    }
+    ours = ("camera", "filter", "phase", "light", "shape")
     return Layout(
         integrator="volumetric_path_full",
         kinds=kinds,
         channels=channels,
         names=layer_names(scene, channels),
         records=(
-            *_frame(scene, space),
-            Record("bounds", "", "bounds", BOUNDS, _bounds(corners, space, inside)),
+            *frame(scene, space),
+            held.bounds(scene),
             *composed.records,
-            *_shapes(volumes, space),
+            *shapes(volumes, space),
             *phase.records,
             *shining,
         ),
@@ -108,15 +140,19 @@ def lay_out(scene: Scene, read: Read) -> Layout:
             *(surfaces.parts if surfaces else ()),
             *parts.of(uses),
         ),
-        facts={
-            **composed.facts,
-            "norm": series.norm(scene, media, corners),
-            "unscattered": series.unscattered(lights, scene, media, corners),
-        },
+        facts={**composed.facts, **held.series(scene)},
     )
 
 
-def _frame(scene: Scene, space: Space) -> list[Record]:
+def _estimators(uses: parts.Uses) -> Kinds:
+    """How flights find collisions and walks what gets through: in constant media in closed form."""
+    grids, constants = uses.grids, uses.constants
+    flights = (*("analytic",) * constants, *(uses.free_flight,) * grids)
+    walks = (*("exact",) * constants, *(uses.transmittance,) * grids)
+    return ({"free_flight": flights} if flights else {}) | ({"transmittance": walks} if walks and uses.walks else {})
+
+
+def frame(scene: Scene, space: Space) -> list[Record]:
     """What rays begin with: film, camera, filter."""
     width, height = scene.film.width, scene.film.height
     camera, filter_ = module("camera", scene.camera.kind), module("filter", scene.film.filter.kind)
@@ -144,7 +180,8 @@ def _corners(media: Sequence[Medium], bodies: Sequence[Body]) -> Array:
     return np.concatenate(found)
 
 
-def _shapes(volumes: Sequence[Volume], space: Space) -> list[Record]:
+def shapes(volumes: Sequence[Volume], space: Space) -> list[Record]:
+    """Where constant media are."""
     found = []
     for index, volume in enumerate(volumes):
         if isinstance(volume, ConstantVolume):

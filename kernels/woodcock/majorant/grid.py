@@ -61,8 +61,9 @@ def buffers(bounds: Array, space: Space) -> dict[str, Floats]:
     return {"bounds": np.minimum(raised, np.finfo(np.float32).max / 256).astype(np.float32).reshape(-1)}
 
 
-def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0) -> Array:
-    """[z][y][x]: the largest σ_t over each cell of the medium's own box. error: of positions, a length in the scene."""
+def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0, extreme: np.ufunc = np.maximum) -> Array:
+    """[z][y][x]: the largest σ_t over each cell of the medium's own box. error: of positions, a length in the scene;
+    extreme: np.minimum for the least."""
     margins = MARGIN * np.array(medium.size) + error * np.abs(np.linalg.inv(medium.to_scene)[:3, :3]).sum(axis=1)
     ranges = [
         _voxels(n, count, medium.footprint, margin)
@@ -70,15 +71,21 @@ def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0) -> 
     ]
     result = np.empty(cells[::-1])
     for layer, (low, high) in enumerate(ranges[2]):
-        plane = medium.slab(low, high).max(axis=0)
-        result[layer] = _pooled(_pooled(plane, ranges[1]).T, ranges[0]).T
+        plane = extreme.reduce(medium.slab(low, high), axis=0)
+        result[layer] = _pooled(_pooled(plane, ranges[1], extreme).T, ranges[0], extreme).T
     return result * medium.scale
 
 
 def combined(
-    media: Sequence[Bounded], cells: tuple[int, int, int], low: Array, high: Array, error: float = 0.0
+    media: Sequence[Bounded],
+    cells: tuple[int, int, int],
+    low: Array,
+    high: Array,
+    error: float = 0.0,
+    extreme: np.ufunc = np.maximum,
 ) -> Array:
-    """[z][y][x]: bounds on Σ σ_t over the cells of the axis-aligned box from low to high, (3,) each, in the scene."""
+    """[z][y][x]: bounds on Σ σ_t over the cells of the axis-aligned box from low to high, (3,) each, in the scene; the
+    least of a cell that lies partly outside a medium is 0."""
     total = np.zeros(cells[::-1])
     side = (high - low) / cells
     x, y, z = (low[axis] + side[axis] * np.arange(cells[axis]) for axis in range(3))
@@ -87,7 +94,7 @@ def combined(
         to_voxels = np.linalg.inv(medium.to_scene)
         extent = np.abs(to_voxels[:3, :3]) @ side
         own = np.clip(np.ceil(4 * np.array(medium.size) / extent), 1, np.minimum(medium.size, MOST_CELLS)).astype(int)
-        largest = bounds(medium, (int(own[0]), int(own[1]), int(own[2])), error)
+        largest = bounds(medium, (int(own[0]), int(own[1]), int(own[2])), error, extreme)
 
         to_cells = np.diag([*(own / medium.size), 1.0]) @ to_voxels
         turn, extent = to_cells[:3, :3], extent * own / medium.size
@@ -95,7 +102,7 @@ def combined(
         span = extent + 2 * margin
         window = np.minimum(np.floor(span) + 2, own).astype(int)
         for axis in range(3):
-            largest = _windowed(largest, 2 - axis, int(window[axis]))
+            largest = _windowed(largest, 2 - axis, int(window[axis]), extreme)
         first = to_cells[:3, 3] + np.minimum(turn, 0) @ side - margin
         for layer in range(cells[2]):
             places = []
@@ -104,6 +111,9 @@ def combined(
                 # A window no longer than the medium may end short of it: then any overlap counts as all.
                 short = (window[axis] == own[axis]) & (start < 0) & (start + span[axis] >= 0)
                 place = np.where(short, 0, np.floor(start))
+                if extreme is np.minimum:
+                    outside = (start < 0) | (start + span[axis] > own[axis])
+                    place = np.where(outside, -window[axis], np.floor(start))
                 places.append(np.clip(place, -window[axis], own[axis]).astype(int) + window[axis])
             total[layer] += largest[places[2], places[1], places[0]]
     return total
@@ -117,22 +127,22 @@ def _voxels(size: int, cells: int, footprint: float, margin: float) -> list[tupl
     return list(zip(low.tolist(), high.tolist(), strict=True))
 
 
-def _pooled(plane: Floats, ranges: list[tuple[int, int]]) -> Floats:
-    """Maxima over ranges of the first axis."""
+def _pooled(plane: Floats, ranges: list[tuple[int, int]], extreme: np.ufunc) -> Floats:
+    """Extremes over ranges of the first axis."""
     # `reduceat` takes starts; every other one of its results is the gap between two ranges.
     padded = np.concatenate([plane, plane[-1:]])
-    result: Floats = np.maximum.reduceat(padded, np.array(ranges).reshape(-1), axis=0)[::2]
+    result: Floats = extreme.reduceat(padded, np.array(ranges).reshape(-1), axis=0)[::2]
     return result
 
 
-def _windowed(values: Array, axis: int, width: int) -> Array:
-    """Maxima over [i - width, i) of an axis for i from 0 to its length + width; outside it is 0."""
+def _windowed(values: Array, axis: int, width: int, extreme: np.ufunc) -> Array:
+    """Extremes over [i - width, i) of an axis for i from 0 to its length + width; outside it is 0."""
     moved = np.moveaxis(values, axis, 0)
     padding = np.zeros((width, *moved.shape[1:]))
     result = np.concatenate([padding, moved, padding])
     covered = 1
     while covered < width:
         step = min(covered, width - covered)
-        result = np.maximum(result[:-step], result[step:])
+        result = extreme(result[:-step], result[step:])
         covered += step
     return np.moveaxis(result, 0, axis)

@@ -9,7 +9,8 @@ This package needs pydantic and nothing else, so that a client can validate a sc
     basics.py   numbers, spectra, matrices      camera.py   cameras, filters, film
     volume.py   media, emission, majorants      phase.py    phase functions
     light.py    lights that are no surface      surface.py  surfaces, materials
-    whole.py    the scene, integrators, stops   reading.py  parse, load, and what is wrong
+    tracking.py how grids are tracked           whole.py    the scene, integrators, stops
+    reading.py  parse, load, and what is wrong
 """
 
 from woodcock.scene.basics import IDENTITY, LayerName, Matrix, Model, Spectrum, Vector
@@ -65,6 +66,15 @@ from woodcock.scene.surface import (
     SphereSurface,
     Surface,
 )
+from woodcock.scene.tracking import (
+    DecompositionFreeFlight,
+    DeltaFreeFlight,
+    FreeFlight,
+    RatioTransmittance,
+    RayMarchingTransmittance,
+    ResidualRatioTransmittance,
+    Transmittance,
+)
 from woodcock.scene.volume import (
     BlackbodyEmission,
     BoxShape,
@@ -87,6 +97,7 @@ from woodcock.scene.whole import (
     MAX_VOLUMES,
     EmissionAbsorptionIntegrator,
     Integrator,
+    RelativeErrorStop,
     SamplesStop,
     Scene,
     SecondsStop,
@@ -112,6 +123,8 @@ __all__ = [
     "ConstantEmission",
     "ConstantLight",
     "ConstantVolume",
+    "DecompositionFreeFlight",
+    "DeltaFreeFlight",
     "DielectricMaterial",
     "DiffuseMaterial",
     "DirectionalLight",
@@ -122,6 +135,7 @@ __all__ = [
     "EmissiveMaterial",
     "Film",
     "Filter",
+    "FreeFlight",
     "GaussianFilter",
     "GlobalMajorant",
     "GridEmission",
@@ -148,8 +162,12 @@ __all__ = [
     "PerspectiveCamera",
     "Phase",
     "PointLight",
+    "RatioTransmittance",
+    "RayMarchingTransmittance",
     "RayleighPhase",
     "RectangleSurface",
+    "RelativeErrorStop",
+    "ResidualRatioTransmittance",
     "RoughDielectricMaterial",
     "SamplesStop",
     "Scene",
@@ -167,6 +185,7 @@ __all__ = [
     "TabulatedPhase",
     "TentFilter",
     "ThinLensCamera",
+    "Transmittance",
     "TransmittanceIntegrator",
     "TwoLobePhase",
     "Vector",

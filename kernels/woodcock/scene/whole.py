@@ -10,7 +10,8 @@ from woodcock.scene.basics import Count, LayerName, Model, Number, length
 from woodcock.scene.camera import Camera, Film
 from woodcock.scene.light import MAX_LIGHTS, Light
 from woodcock.scene.surface import MAX_SURFACES, Surface
-from woodcock.scene.volume import GlobalMajorant, Majorant, Volume
+from woodcock.scene.tracking import FreeFlight, Transmittance
+from woodcock.scene.volume import Majorant, Volume
 
 MAX_VOLUMES = 8
 MAX_ORDERS = 16
@@ -60,7 +61,23 @@ class SecondsStop(Model):
     seconds: Annotated[Number, Field(gt=0, le=30 * 86400)] = Field(description="Wall time of rendering, seconds.")
 
 
-Stop = Annotated[SamplesStop | SecondsStop, Field(discriminator="kind")]
+class RelativeErrorStop(Model):
+    """As many samples as it takes: until the root mean square standard error of a pixel is small beside the picture's
+    mean luminance.
+
+    Channels are weighted by luminance. Asked of every tile, tiles get as many samples as they need (`contract.py`).
+    """
+
+    kind: Literal["relative_error"] = "relative_error"
+    relative_error: Annotated[Number, Field(ge=1e-6, le=1)] = Field(
+        description="Root mean square of the standard error of a pixel's mean, over the picture's mean luminance."
+    )
+    per: Literal["image", "tile"] = Field(
+        default="image", description="Over which pixels the mean square is: the image, or every tile of 32 × 32 pixels."
+    )
+
+
+Stop = Annotated[SamplesStop | SecondsStop | RelativeErrorStop, Field(discriminator="kind")]
 
 
 class Scene(Model):
@@ -82,7 +99,16 @@ class Scene(Model):
         description="How the equation is solved; by default the cheapest that is right: deterministic where nothing "
         "scatters.",
     )
-    majorant: Majorant = Field(default=GlobalMajorant(), description="Bound on σ_t that free flights step by.")
+    majorant: Majorant | None = Field(
+        default=None,
+        description="Bound on σ_t of media that are grids; by default the one by which paths take fewer steps.",
+    )
+    free_flight: FreeFlight | None = Field(
+        default=None, description="How flights through grids find collisions; by default the program chooses."
+    )
+    transmittance: Transmittance | None = Field(
+        default=None, description="How transmittance through grids is estimated; by default the program chooses."
+    )
     orders: Annotated[Count, Field(ge=0, le=MAX_ORDERS)] | None = Field(
         default=None,
         description="Writes the Neumann series as layers: `order.0` to `order.n`, and `order.rest`.",

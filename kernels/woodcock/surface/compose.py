@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,11 +66,16 @@ def compose(built: Built, space: Space, channels: int) -> Composed:
     if emits:
         buffers |= _emitters(built, materials)
 
-    parts = [f"surface/{kind}.h" for kind in kinds] + [f"material/{kind}.h" for kind in used]
-    parts += [dispatch.surfaces(kinds, smooth), "surface/traverse.h", dispatch.materials(used, MATERIALS)]
+    return Composed({"surface": kinds, "material": used}, buffers, parts_of(kinds, used, smooth, emits), emits)
+
+
+def parts_of(kinds: Sequence[str], materials: Sequence[str], smooth: bool, emits: bool) -> list[str]:
+    """Parts for `flatten`; smooth: meshes have normals; emits: some material does."""
+    parts = [f"surface/{kind}.h" for kind in kinds] + [f"material/{kind}.h" for kind in materials]
+    parts += [dispatch.surfaces(kinds, smooth), "surface/traverse.h", dispatch.materials(materials, MATERIALS)]
     if emits:
         parts += ["core/light_sample.h", dispatch.emitters(kinds), "surface/emitters.h"]
-    return Composed({"surface": kinds, "material": used}, buffers, parts, emits)
+    return parts
 
 
 def _meant(material: Material) -> Material:

@@ -15,6 +15,7 @@ import numpy as np
 
 from woodcock.layout import Record
 from woodcock.majorant import grid as majorant_grid
+from woodcock.majorant.control import Control
 from woodcock.scene import GridMajorant, Majorant
 from woodcock.space import Space
 from woodcock.volume.field import CHUNK, Buffer
@@ -24,17 +25,30 @@ from woodcock.volume.text import Composed, Writer
 TRACKING = {"to_local": "affine", "size": "vector3"}
 
 
-def compose(media: Sequence[Medium], space: Space, majorant: Majorant, *, most_bytes: int = CHUNK) -> Composed:
-    """most_bytes: of a buffer, what the device takes in one piece."""
+def compose(
+    media: Sequence[Medium],
+    space: Space,
+    majorant: Majorant,
+    *,
+    control: bool = False,
+    residual: bool = False,
+    most_bytes: int = CHUNK,
+) -> Composed:
+    """control: of every grid, its least in every cell of the majorant; residual: and a bound on what is above.
+
+    most_bytes: of a buffer, what the device takes in one piece.
+    """
     composed = Composed()
-    grids = [medium for medium in media if medium.density]
+    grids = {index: medium for index, medium in enumerate(media) if medium.density}
     if grids:
-        _tracking(composed, grids, space, majorant)
+        _tracking(composed, grids, space, majorant, control=control, residual=residual)
     grey = all(medium.grey for medium in media)
     for index, medium in enumerate(media):
         composed.use("volume", medium.volume.kind)
         writer = Writer(composed, f"medium_{index}", medium, space, grey, min(most_bytes, CHUNK))
         composed.text += writer.grid(alone=len(grids) == 1) if medium.density else writer.constant()
+        if medium.density and control:
+            composed.text += writer.minorant()
     composed.facts["media"] = [_facts(medium) for medium in media]
     return composed
 
@@ -51,13 +65,22 @@ def _facts(medium: Medium) -> dict[str, Any]:
     }
 
 
-def _tracking(composed: Composed, grids: Sequence[Medium], space: Space, majorant: Majorant) -> None:
+def _tracking(
+    composed: Composed,
+    grids: Mapping[int, Medium],
+    space: Space,
+    majorant: Majorant,
+    *,
+    control: bool,
+    residual: bool,
+) -> None:
     """The space in which all grids are tracked together, and the majorant over it: the voxels of the only one, else an
-    axis-aligned box around all."""
-    placed = [(medium.density, medium.to_scene(medium.density)) for medium in grids if medium.density]
+    axis-aligned box around all. grids: by their place among the media."""
+    media = list(grids.values())
+    placed = [(medium.density, medium.to_scene(medium.density)) for medium in media if medium.density]
     points = np.concatenate([corners(*pair) for pair in placed])
     low, high = points.min(axis=0), points.max(axis=0)
-    if len(grids) == 1:
+    if len(media) == 1:
         size, to_local = np.array(placed[0][0].size, float), space.affine(placed[0][1])
     else:
         size = np.ldexp(high - low, -space.length_exponent)
@@ -65,15 +88,18 @@ def _tracking(composed: Composed, grids: Sequence[Medium], space: Space, majoran
     box = {"to_local": to_local, "size": size}
     composed.records.append(Record("tracking", "", "tracking", TRACKING, box))
 
+    # The device's space is about one long.
+    error = majorant_grid.MARGIN * float(np.ldexp(1.0, space.length_exponent))
+    around = None if len(media) == 1 else (low, high)
+    cells = majorant_grid.counts(size, majorant.resolution) if isinstance(majorant, GridMajorant) else (1, 1, 1)
+    bounds = np.full((1, 1, 1), sum(float(medium.bound.max()) for medium in media))
     values: Mapping[str, Any]
     if isinstance(majorant, GridMajorant):
-        cells, bounded = majorant_grid.counts(size, majorant.resolution), [medium.bounded() for medium in grids]
-        # The device's space is about one long.
-        error = majorant_grid.MARGIN * float(np.ldexp(1.0, space.length_exponent))
-        if len(grids) == 1:
+        bounded = [medium.bounded() for medium in media]
+        if around is None:
             bounds = majorant_grid.bounds(bounded[0], cells, error)
         else:
-            bounds = majorant_grid.combined(bounded, cells, low, high, error)
+            bounds = majorant_grid.combined(bounded, cells, *around, error)
         composed.buffers["majorant_grid_bounds"] = Buffer.of(majorant_grid.buffers(bounds, space)["bounds"])
         composed.facts["majorant"] = {"cells": cells, "empty": float(np.mean(bounds == 0))}
         composed.use("majorant", "grid", "majorant/grid.h")
@@ -81,5 +107,28 @@ def _tracking(composed: Composed, grids: Sequence[Medium], space: Space, majoran
     else:
         kind = importlib.import_module("woodcock.majorant.global")
         composed.use("majorant", "global", "majorant/global_walk.h")
-        fields, values = kind.FIELDS, kind.record(float(sum(medium.bound.max() for medium in grids)), space)
+        fields, values = kind.FIELDS, kind.record(float(bounds.max()), space)
     composed.records.append(Record("majorant", majorant.kind, "majorant", fields, values))
+
+    if control:
+        found = Control.of([medium.stored() for medium in media], cells, around, error, bounds)
+        for index, least in zip(grids, found.least, strict=True):
+            composed.buffers.update(
+                {f"minorant_{index}_{c}": Buffer.of(values.reshape(-1)) for c, values in enumerate(least)}
+            )
+        if residual:
+            above = majorant_grid.buffers(found.residual, space)["bounds"]
+            composed.buffers["majorant_residual"] = Buffer.of(above)
+        composed.text += _cell(majorant)
+
+
+def _cell(majorant: Majorant) -> str:
+    """What an array of the majorant's cells has for the one that a walk is in."""
+    value = "gather(float, values, (integer)0)"
+    if isinstance(majorant, GridMajorant):
+        value = "majorant_grid_bound(&world->scene->majorant, values, walk->cell)"
+    return f"""\
+static inline real majorant_cell(const struct world *world, const majorant_walk *walk, __global const float *values) {{
+    return {value};
+}}
+"""

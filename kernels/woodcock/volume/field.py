@@ -110,6 +110,10 @@ class Field:
         values = _encoded(self.grid.values[first:stop], self.storage, self.step)
         return _decoded(values, self.step)
 
+    def stored(self, first: int, stop: int) -> Floats:
+        """The layers' stored numbers, which times `step` are values: float32, exactly."""
+        return _encoded(self.grid.values[first:stop], self.storage, self.step).astype(np.float32)
+
     def shift(self, most: int = CHUNK) -> int:
         """log2 of the bricks of a chunk, for buffers of at most so many bytes; MOST_CHUNKS may ask for more."""
         bytes_of_brick = BRICK**3 * self.channels * STORED[self.storage].itemsize

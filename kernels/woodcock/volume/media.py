@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from woodcock.emission import blackbody
 from woodcock.formats import Grid
+from woodcock.majorant.control import Stored
 from woodcock.majorant.grid import Bounded, Floats
 from woodcock.scene import BlackbodyEmission, ConstantEmission, ConstantVolume, GridEmission, GridVolume, Volume
 from woodcock.space import Array
@@ -98,6 +99,22 @@ class Medium:
             return values if values.ndim == 3 else np.asarray((values * weights).max(axis=-1))
 
         return Bounded(slab, most, field.size, 0.5 if field.nearest else 1.0, self.to_scene(field))
+
+    def stored(self) -> Stored:
+        """What controls are made from, for a grid medium."""
+        assert self.density is not None
+        assert isinstance(self.volume, GridVolume)
+        field, bounded = self.density, self.bounded()
+
+        def slab(channel: int) -> Callable[[int, int], Floats]:
+            def of(first: int, stop: int) -> Floats:
+                values = field.stored(first, stop)
+                return values if values.ndim == 3 else values[..., channel]
+
+            return of
+
+        channels = tuple(replace(bounded, slab=slab(channel), scale=1.0) for channel in range(field.channels))
+        return Stored(channels, np.atleast_1d(np.array(self.volume.scale, float)) * field.step)
 
 
 def read_media(volumes: Sequence[Volume], read: Read) -> tuple[Medium, ...]:

@@ -96,6 +96,16 @@ class Writer:
             text += self._field("emission", self.medium.emission)
         return text + self._emission("" if alone else holds, albedo_exact)
 
+    def minorant(self) -> str:
+        """A lower bound on σ_t in the cell of a walk, by the arithmetic of σ_t itself: rounding keeps it one."""
+        assert self.medium.density is not None
+        channels = self.medium.density.channels
+        name = f"world->minorant_{self.name.removeprefix('medium_')}"
+        values = ", ".join(f"majorant_cell(world, walk, {name}_{channel})" for channel in range(channels))
+        value = f"real value = {values}" if channels == 1 else f"spectrum value = spectrum_of({values})"
+        body = f"    {value};\n    return {self._sigma_t('value', channels)};\n"
+        return self._function("coefficient", "minorant", "const majorant_walk *walk", body)
+
     # Emission
 
     def _emission(self, holds: str, albedo: str) -> str:

@@ -1,8 +1,9 @@
-// Tracking through all media that are grids at once: tentative collisions at the rate of one bound on the sum of their σ_t.
-// A flight collides for good with probability σ_t / bound (Woodcock et al. 1965); a walk multiplies by 1 - σ_t / bound
-// (ratio tracking: Cramer 1978, Novák et al. 2014).
+// Delta and ratio tracking through all grids at once, under one bound on the sum of their σ_t: a flight collides for good
+// with probability σ_t / bound (Woodcock et al. 1965), a walk multiplies by 1 - σ_t / bound (Cramer 1978, Novák et al. 2014).
 #include "core/audit.h"
 #include "core/box.h"
+
+typedef majorant_walk grid_state;
 
 static inline void grids_start(path *p, const struct world *world, majorant_walk *walk, mask fresh) {
     vector origin = affine_point(&world->scene->tracking.to_local, p->origin);

@@ -151,7 +151,7 @@ static inline coefficient clocks_sigma_t(const struct world *world, const path *
 
 def grids(volumes: Sequence[Volume], majorant: str, majorant_buffers: str) -> str:
     """Calls into the majorant, and σ_t of all grids at once, with one of them chosen by its share."""
-    indices = [i for i, volume in enumerate(volumes) if not isinstance(volume, ConstantVolume)]
+    indices = _grids(volumes)
     start = (
         f"majorant_{majorant}_start(&world->scene->majorant, {majorant_buffers}origin, along, near, far, walk, chosen)"
     )
@@ -196,6 +196,65 @@ static inline coefficient grids_sigma_t(const struct world *world, const path *p
                                         integer *medium, coefficient *own) {{
 {body}}}
 """
+
+
+def controls(volumes: Sequence[Volume]) -> str:
+    """The least σ_t of all grids in a walk's cell, for transmittances that pass it in closed form."""
+    each = "".join(f"    sum = coefficient_add(sum, medium_{i}_minorant(world, walk));\n" for i in _grids(volumes))
+    return f"""\
+static inline coefficient grids_minorant(const struct world *world, const majorant_walk *walk) {{
+    coefficient sum = coefficient_grey((real)0.f);
+{each}    return sum;
+}}
+"""
+
+
+def decomposed(volumes: Sequence[Volume]) -> str:
+    """σ_t of all grids as control and residual, for free flights that collide with either; one medium is chosen by its
+    share of that."""
+    known, rest = "", ""
+    for i in _grids(volumes):
+        known += f"""\
+    least = medium_{i}_minorant(world, walk);
+    chosen = test(*medium < 0) & test(level < coefficient_of_hero(coefficient_add(total, least), p->hero));
+    *medium = pick(*medium, (integer){i}, chosen);
+    *own = coefficient_pick(*own, least, chosen);
+    total = coefficient_add(total, least);
+"""
+        rest += f"""\
+    sigma_t = medium_{i}_sigma_t(world, {local(i, volumes[i], "x")}, w);
+    above = control_residual(sigma_t, medium_{i}_minorant(world, walk));
+    chosen = test(*medium < 0) & test(level < coefficient_of_hero(coefficient_add(below, above), p->hero));
+    *medium = pick(*medium, (integer){i}, chosen);
+    *own = coefficient_pick(*own, above, chosen);
+    below = coefficient_add(below, above);
+    total = coefficient_add(total, sigma_t);
+"""
+    return f"""\
+// The control in the walk's cell, and the medium whose control holds `level`, or -1.
+static inline coefficient grids_control(const struct world *world, const path *p, const majorant_walk *walk, real level,
+                                        integer *medium, coefficient *own) {{
+    coefficient least, total = coefficient_grey((real)0.f);
+    mask chosen;
+    *medium = (integer)-1;
+    *own = total;
+{known}    return total;
+}}
+// σ_t where the walk is, and the medium whose residual holds `level`, counted from the control, or -1.
+static inline coefficient grids_residual(const struct world *world, const path *p, const majorant_walk *walk, words w,
+                                         real level, integer *medium, coefficient *own) {{
+    vector x = vector_along(p->origin, walk->t, p->direction);
+    coefficient sigma_t, above, below = coefficient_grey((real)0.f), total = below;
+    mask chosen;
+    *medium = (integer)-1;
+    *own = total;
+{rest}    return total;
+}}
+"""
+
+
+def _grids(volumes: Sequence[Volume]) -> list[int]:
+    return [i for i, volume in enumerate(volumes) if not isinstance(volume, ConstantVolume)]
 
 
 def albedo(volumes: Sequence[Volume]) -> str:

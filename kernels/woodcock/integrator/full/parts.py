@@ -9,6 +9,9 @@ from woodcock.layers import SUFFIXES, order_layers
 from woodcock.layout import Record, module
 from woodcock.scene import ConstantVolume, GridVolume, LayerName, Scene, Volume
 
+#: The film has a plane for every sum.
+PLANES = "#define PLANES (CHANNELS + LAYERS)\n#define PLANE(c) (c)\n"
+
 
 @dataclass(frozen=True)
 class Uses:
@@ -53,6 +56,26 @@ class Uses:
         return local and self.constants and not self.grids
 
     @property
+    def walks(self) -> bool:
+        """Does anything ask for the transmittance along a ray?"""
+        return self.next_event or not {"transmittance", "optical_depth"}.isdisjoint(self.scene.layers)
+
+    @property
+    def free_flight(self) -> str:
+        """Through grids."""
+        return self.scene.free_flight.kind if self.scene.free_flight and self.grids else "delta"
+
+    @property
+    def transmittance(self) -> str:
+        """Through grids."""
+        return self.scene.transmittance.kind if self.scene.transmittance and self.grids and self.walks else "ratio"
+
+    @property
+    def control(self) -> bool:
+        """Does either know a lower bound on σ_t?"""
+        return self.free_flight == "decomposition" or self.transmittance == "residual_ratio"
+
+    @property
     def found_by_both(self) -> bool:
         """Is there a light that next-event estimation and scattering both find?"""
         return self.shining or any(module("light", light.kind).ON_ESCAPE for light in self.sampled)
@@ -60,11 +83,9 @@ class Uses:
 
 def of(uses: Uses) -> list[str]:
     """Parts for `flatten`, to follow the calls of media, phase functions and surfaces."""
-    majorant = uses.scene.majorant.kind
-    bounds = "world->majorant_grid_bounds, " if majorant == "grid" else ""
     return [
         _camera(uses.scene),
-        _layers(uses),
+        _layers(uses) + f"#define LEAST {'(-MAXFLOAT)' if uses.transmittance == 'ray_marching' else '0.f'}\n",
         "integrator/full/state.h",
         media.clocks(uses.volumes) if uses.constants else media.no_clocks(),
         f"integrator/full/{'spectral_mis' if uses.spectral else 'grey'}.h",
@@ -73,8 +94,7 @@ def of(uses: Uses) -> list[str]:
         media.albedo(uses.volumes),
         *([media.emission(uses.volumes)] if uses.emits else []),
         _form("emission", uses.emits),
-        *([media.grids(uses.volumes, majorant, bounds)] if uses.grids else []),
-        _form("grids", uses.grids),
+        *(_grids(uses) if uses.grids else ["integrator/full/no_grids.h"]),
         lights.escape(uses.lights, len(uses.sampled) + uses.shining),
         _scatter_pdf(uses.found_by_both),
         *([lights.choose(uses.lights, uses.shining)] if uses.next_event else []),
@@ -84,6 +104,26 @@ def of(uses: Uses) -> list[str]:
         _form("equiangular", uses.equiangular),
         _form("next_event", uses.next_event),
     ]
+
+
+def _grids(uses: Uses) -> list[str]:
+    """Tracking through grids: delta and ratio tracking share a file, all others are put together."""
+    assert uses.scene.majorant, "the plan settles it"
+    majorant, flight, transmittance = uses.scene.majorant.kind, uses.free_flight, uses.transmittance
+    calls = media.grids(uses.volumes, majorant, "world->majorant_grid_bounds, " if majorant == "grid" else "")
+    if (flight, transmittance) == ("delta", "ratio"):
+        return [calls, "integrator/full/grids.h"]
+    parts = [calls]
+    if uses.control:
+        parts.append("integrator/full/control.h")
+    if flight == "decomposition":
+        parts.append(media.decomposed(uses.volumes))
+    if transmittance == "residual_ratio":
+        parts += [media.controls(uses.volumes), f"majorant/{majorant}_control.h"]
+    if transmittance == "ray_marching":
+        parts.append(f"majorant/{majorant}_ahead.h")
+    forms = (f"flights_{flight}", f"walks_{transmittance}", "grids_by_kind")
+    return parts + [f"integrator/full/{form}.h" for form in forms]
 
 
 def _form(part: str, used: bool) -> str:
@@ -108,7 +148,7 @@ def _layers(uses: Uses) -> str:
     """The state of the layers beside the beauty, and at which channel after it each begins."""
     scene, channels = uses.scene, uses.channels
     if not uses.layers:
-        return "enum { LAYERS = 0 };\ntypedef struct { int unused; } layer_values;\n"
+        return f"{PLANES}enum {{ LAYERS = 0 }};\ntypedef struct {{ int unused; }} layer_values;\n"
     orders = len(order_layers(scene))
     start = orders * channels
     at: dict[LayerName, int] = {}
@@ -118,7 +158,7 @@ def _layers(uses: Uses) -> str:
     constants = [f"LAYERS = {start}", f"ORDERS = {orders}"]
     constants += [f"{layer.upper()} = {at.get(layer, -1)}" for layer in SUFFIXES]
     return f"""\
-enum {{ {", ".join(constants)} }};
+{PLANES}enum {{ {", ".join(constants)} }};
 typedef struct {{
     real value[LAYERS], lead; // lead: from the camera to the segment at which the path began
     vector start;

@@ -16,35 +16,37 @@ from woodcock.space import Array
 TILE = 32
 
 
-def tiles(picture: Array) -> Array:
-    """Means of (height, width) over tiles of TILE², the last of a row or column smaller."""
+def tiles(picture: Array, side: int = TILE) -> Array:
+    """Means of (height, width) over tiles of side², the last of a row or column smaller."""
     height, width = picture.shape
-    rows, columns = np.arange(0, height, TILE), np.arange(0, width, TILE)
+    rows, columns = np.arange(0, height, side), np.arange(0, width, side)
     sums = np.add.reduceat(np.add.reduceat(picture, rows, axis=0), columns, axis=1)
     return np.asarray(sums / np.outer(np.diff([*rows, height]), np.diff([*columns, width])))
 
 
 @dataclass(frozen=True)
 class Batches:
-    """count: launches; spread: Σ samples × (mean - all launches' mean)² of the whole picture's luminance."""
+    """Launches of the whole picture; those of a part of its pixels do not count here.
+
+    count: launches; spread: Σ samples × (mean - all launches' mean)² of the picture's luminance; samples: per pixel;
+    mean: luminance, of all of them.
+    """
 
     count: int = 0
     spread: float = 0.0
+    samples: int = 0
+    mean: float = 0.0
 
-    def merge(self, other: Batches, means: tuple[float, float], samples: tuple[int, int]) -> Batches:
-        """Chan, Golub & LeVeque (1979), with one value, the picture's mean luminance, per launch.
+    def merge(self, other: Batches) -> Batches:
+        """Chan, Golub & LeVeque (1979), with one value, the picture's mean luminance, per launch."""
+        total = self.samples + other.samples
+        share, apart = other.samples / total if total else 0.0, other.mean - self.mean
+        spread = self.spread + other.spread + apart**2 * share * self.samples
+        return Batches(self.count + other.count, spread, total, self.mean + apart * share)
 
-        means, samples: of the two pictures so far.
-        """
-        total = sum(samples)
-        between = (means[1] - means[0]) ** 2 * samples[0] * samples[1] / total if total else 0.0
-        return Batches(self.count + other.count, self.spread + other.spread + between)
-
-    def standard_error(self, samples: int) -> float:
-        """Of the picture's mean luminance after so many samples per pixel; NaN for fewer than 2 launches.
+    def deviation(self) -> float:
+        """Standard deviation of the mean luminance by one sample of every pixel; NaN for fewer than 2 launches.
 
         A launch of n samples has a mean of variance σ² / n, so that the spread's expectation is (count - 1) σ².
         """
-        if self.count < 2:
-            return float("nan")
-        return float(np.sqrt(self.spread / (self.count - 1) / samples))
+        return float(np.sqrt(self.spread / (self.count - 1))) if self.count > 1 else float("nan")

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 
 from woodcock.batches import TILE, tiles
+from woodcock.contract import Contract
+from woodcock.convergence import Slope
 from woodcock.film import Film, weights
 
 if TYPE_CHECKING:
@@ -45,11 +47,17 @@ class Certificate(TypedDict):
     lines: list[Line]
 
 
-def certify(film: Film, uses: Sequence[Use], orders: dict[str, Any] | None) -> Certificate:
-    """uses: of the devices that rendered the film; orders: what the report says of the series, if the scene asks."""
+def certify(
+    film: Film, uses: Sequence[Use], orders: dict[str, Any] | None, slope: Slope, contract: Contract
+) -> Certificate:
+    """uses: of the devices that rendered the film; orders: what the report says of the series, if the scene asks;
+    slope, contract: as the report has them.
+    """
     lines = [
         _bound(film) if film.deterministic else _standard_error(film),
         _worst_tile(film),
+        _convergence(film, slope),
+        _contract(contract),
         _samples(film),
         _majorant(film, uses),
         _series(film, orders),
@@ -71,9 +79,12 @@ def _line(name: str, status: Status, says: str, **values: Any) -> Line:
 
 def _standard_error(film: Film) -> Line:
     """The launches' means against the pixels' variances: both are right only if samples, pixels and launches are
-    independent. (count - 1) × the ratio's square is χ² then, made normal by its cube root (Wilson & Hilferty 1931)."""
+    independent. (count - 1) × the ratio's square is χ² then, made normal by its cube root (Wilson & Hilferty 1931).
+
+    They are compared as they would be with one sample of every pixel, for pixels may have had more than launches."""
     batches, mean = film.batches, film.mean_luminance()
-    by_batches, by_variances = batches.standard_error(film.samples), film.mean_luminance_error()
+    launches, pixels, by_variances = batches.deviation(), film.mean_luminance_deviation(), film.mean_luminance_error()
+    by_batches = launches * (by_variances / pixels if pixels > 0 else film.mean_samples**-0.5)
     values = {
         "launches": batches.count,
         "mean_luminance": mean,
@@ -123,6 +134,22 @@ def _worst_tile(film: Film) -> Line:
     return _line(name, "stated", text, x=x, y=y, width=width, height=height, rmse=error, relative_rmse=relative)
 
 
+def _convergence(film: Film, slope: Slope) -> Line:
+    """Does the error fall as that of independent samples with a variance, and has it no more than they tell?"""
+    if film.deterministic:
+        return _line("convergence", "stated", "Without noise there is one error: nothing falls.")
+    statuses: dict[str, Status] = {"as expected": "passed", "flagged": "failed", "not known": "not checked"}
+    values = {key: slope[key] for key in ("slope", "low", "high", "expected", "points")}
+    return _line("convergence", statuses[slope["verdict"]], slope["says"], **values)
+
+
+def _contract(contract: Contract) -> Line:
+    """Was rendered what the scene asks for?"""
+    status: Status = "not checked" if contract["reached"] is None else "passed" if contract["met"] else "failed"
+    values = {key: contract[key] for key in ("kind", "asked", "reached")}
+    return _line("contract", status, contract["says"], **values)
+
+
 # What may have gone wrong
 
 
@@ -139,7 +166,7 @@ def _samples(film: Film) -> Line:
     if not found.rejected:
         return _line("samples", "passed", "Every sample was a finite radiance; none was rejected or clamped.", **counts)
     parts = [f"{counts[kind]} {kind}" for kind in ("nan", "infinite", "negative", "unfinished") if counts[kind]]
-    total = film.samples * film.count.size
+    total = int(film.count.sum(dtype=np.uint64))
     text = f"{found.rejected} of {total} samples count as 0: {', '.join(parts)}."
     return _line("samples", "failed", text, **counts)
 
@@ -148,7 +175,7 @@ def _majorant(film: Film, uses: Sequence[Use]) -> Line:
     found, name = film.faults, "majorant"
     if not any("majorant" in use["kinds"] for use in uses):
         return _line(name, "stated", "Nothing is tracked under a majorant.")
-    paths = max(film.samples * film.count.size, 1)
+    paths = max(int(film.count.sum(dtype=np.uint64)), 1)
     values = {
         "violations": found.violations,
         "weight": found.touched / paths,
@@ -220,7 +247,10 @@ def _build(uses: Sequence[Use]) -> Line:
         if relaxed
         else "Built without flags that trade accuracy."
     )
-    return _line("build", "stated", text, mode=mode, options=options, **values)
+    others = sum(n for use in uses for name, n in use.get("programs", {}).items() if name != use["program_hash"])
+    if others:
+        text += f" While it was being built, the generic program rendered {others:.6g} samples per pixel."
+    return _line("build", "stated", text, mode=mode, options=options, generic_samples=others, **values)
 
 
 def _laws(uses: Sequence[Use]) -> list[Line]:

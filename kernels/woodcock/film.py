@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,8 @@ class Film:
     """count: uint32 (height, width); mean, m2: float64 (height, width, names), M2 the sum of squared deviations.
 
     names: channels as an EXR has them, `layers.layer_names`; those of the beauty come first and have no dot.
-    ranges: the samples [start, stop) that it holds, sorted and disjoint; batches: the launches that they came in.
+    ranges: the samples [start, stop) that it holds, sorted and disjoint, of all pixels or of those that needed them;
+    batches: the launches that they came in.
     bound: of an integrator without random numbers, (height, width, channels), how far the beauty may be off.
     """
 
@@ -62,8 +63,13 @@ class Film:
 
     @property
     def samples(self) -> int:
-        """Samples per pixel."""
+        """Samples of a pixel that has all of them."""
         return sum(stop - start for start, stop in self.ranges)
+
+    @property
+    def mean_samples(self) -> float:
+        """Samples per pixel, over all pixels."""
+        return float(self.count.mean())
 
     @property
     def rejected(self) -> int:
@@ -110,9 +116,7 @@ class Film:
             self.names,
             ranges,
             self.faults + other.faults,
-            self.batches.merge(
-                other.batches, (self.mean_luminance(), other.mean_luminance()), (self.samples, other.samples)
-            ),
+            self.batches.merge(other.batches),
             self._bound_with(other, share),
         )
 
@@ -154,7 +158,14 @@ class Film:
 
         Channels of a pixel share their paths, so that their errors add: at most this.
         """
-        deviation = np.sqrt(self.layer("").variance()) @ weights(self.channels)
+        return self._of_the_mean(self.layer("").variance())
+
+    def mean_luminance_deviation(self) -> float:
+        """As `mean_luminance_error`, had every pixel one sample."""
+        return self._of_the_mean(self.layer("").variance() * self.count[..., None])
+
+    def _of_the_mean(self, variance: Array) -> float:
+        deviation = np.sqrt(variance) @ weights(self.channels)
         return float(np.sqrt(np.sum(deviation**2)) / deviation.size)
 
     def save(self, path: Path) -> None:
@@ -166,7 +177,7 @@ class Film:
             "m2": self.m2,
             "ranges": spans,
             "faults": self.faults.array(),
-            "batches": np.array([self.batches.count, self.batches.spread]),
+            "batches": np.array(astuple(self.batches)),
         }
         arrays |= {"names": np.array(self.names)} | ({} if self.bound is None else {"bound": self.bound})
         with replacing(path) as temporary, temporary.open("wb") as file:
@@ -178,8 +189,8 @@ class Film:
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 ranges = tuple((int(start), int(stop)) for start, stop in stored["ranges"])
-                count, spread = (float(number) for number in stored["batches"])
-                faults, batches = Faults.of(stored["faults"]), Batches(int(count), spread)
+                launches, spread, samples, mean = (float(number) for number in stored["batches"])
+                faults, batches = Faults.of(stored["faults"]), Batches(int(launches), spread, int(samples), mean)
                 names = tuple(str(name) for name in stored["names"])
                 bound = stored.get("bound", None)
                 return cls(stored["count"], stored["mean"], stored["m2"], names, ranges, faults, batches, bound)

@@ -69,11 +69,20 @@ def write_preview(path: Path, film: Film, size: int | None = None) -> None:
     _write(path, spec, pixels)
 
 
-def tone_map(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(height, width, 1 or 3) of any scale -> sRGB (height, width, 3) in [0, 1]: exposure, soft shoulder, curve."""
+def white_of(radiance: NDArray[np.float64]) -> float:
+    """The radiance that a picture's exposure brings near white: the 99th percentile of its largest channel."""
     finite = np.nan_to_num(radiance, nan=0.0, posinf=0.0, neginf=0.0)
-    white = float(np.percentile(finite.max(axis=-1), 99))
-    x = np.clip(finite / white, 0, None) if white > 0 else finite
+    return float(np.percentile(finite.max(axis=-1), 99))
+
+
+def tone_map(radiance: NDArray[np.float64], white: float | None = None) -> NDArray[np.float64]:
+    """(height, width, 1 or 3) of any scale -> sRGB (height, width, 3) in [0, 1]: exposure, soft shoulder, curve.
+
+    white: `white_of` another picture, for the same exposure.
+    """
+    finite = np.nan_to_num(radiance, nan=0.0, posinf=0.0, neginf=0.0)
+    white = white_of(radiance) if white is None else white
+    x = np.clip(finite / white if white > 0 else finite, 0, None)
     # Linear up to 0.8, then rolled off towards 1 with matching slope.
     knee = 0.8
     rolled = knee + (1 - knee) * (1 - np.exp(-(x - knee).clip(0) / (1 - knee)))
@@ -94,10 +103,14 @@ def read_exr(path: Path) -> tuple[dict[str, NDArray[np.float32]], dict[str, str]
             raise ImageError(f"{path}: {image.geterror()}")
     finally:
         image.close()
-    header = {
+    return {name: pixels[..., index] for index, name in enumerate(spec.channelnames)}, header_of(spec)
+
+
+def header_of(spec: oiio.ImageSpec) -> dict[str, str]:
+    """What `write_exr` was given as the header."""
+    return {
         a.name.removeprefix("woodcock:"): str(a.value) for a in spec.extra_attribs if a.name.startswith("woodcock:")
     }
-    return {name: pixels[..., index] for index, name in enumerate(spec.channelnames)}, header
 
 
 def _write(path: Path, spec: oiio.ImageSpec, pixels: NDArray[np.generic]) -> None:

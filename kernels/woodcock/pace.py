@@ -12,27 +12,32 @@ GROWTH = 8
 
 @dataclass
 class Pace:
-    """How fast a device renders a scene; rate in samples per second, 0 until it is known."""
+    """How fast a device renders a scene; rate in paths (samples × pixels) per second, 0 until it is known.
+
+    last: samples of the last range. A device that is not full takes no less time for fewer pixels, but no more either:
+    so it is samples, not paths, by which ranges must not grow too fast.
+    """
 
     rate: float = 0.0
     last: int = 0
 
-    def measured(self, samples: int, seconds: float) -> None:
-        self.rate = samples / max(seconds, 1e-6)
+    def measured(self, samples: int, seconds: float, pixels: int = 1) -> None:
+        """pixels: that the range was of; a driver that never leaves any out may count all of them as one."""
+        self.rate = samples * pixels / max(seconds, 1e-6)
         self.last = samples
 
-    def size(self, seconds: float) -> int:
-        """Samples for so many seconds; 1 as long as the rate is not known."""
-        return max(1, min(int(self.rate * seconds), GROWTH * self.last))
+    def size(self, seconds: float, pixels: int = 1) -> int:
+        """Samples of so many pixels for so many seconds; 1 as long as the rate is not known."""
+        return max(1, min(int(self.rate * seconds / pixels), GROWTH * self.last))
 
 
-def fit(pace: Pace, seconds: float, nothing_yet: bool) -> int:
-    """How many samples fit into the seconds that are left; 0 when it is time to stop.
+def fit(pace: Pace, seconds: float, nothing_yet: bool, pixels: int = 1) -> int:
+    """How many samples of so many pixels fit into the seconds that are left; 0 when it is time to stop.
 
     Counts and times of past ranges decide, never what a running range does: to drop the slow ones would be a bias.
     """
     if nothing_yet or (pace.rate == 0 and seconds > 0):
         return 1
-    if seconds <= 0 or pace.rate * seconds < 0.5:
+    if seconds <= 0 or pace.rate * seconds / pixels < 0.5:
         return 0
-    return pace.size(min(seconds, RANGE_SECONDS))
+    return pace.size(min(seconds, RANGE_SECONDS), pixels)

@@ -1,14 +1,16 @@
-"""Pictures in, through OpenImageIO: OpenEXR and Radiance HDR, linear, as environments need them."""
+"""Pictures in, through OpenImageIO: OpenEXR and Radiance HDR, linear, as environments and references need them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
 from numpy.typing import NDArray
 
-from woodcock.image import ImageError
+from woodcock.image import ImageError, header_of
 
 #: Texels that a picture may have: 16384 × 8192.
 MAX_TEXELS = 1 << 27
@@ -28,6 +30,23 @@ def read_picture(path: Path) -> NDArray[np.float32]:
 
     Raises ImageError, whose text starts with the path, for a file that cannot be read or is too large.
     """
+    with _opened(path) as image:
+        return _pixels(path, image, _channels(list(image.spec().channelnames)))
+
+
+def read_variance(path: Path) -> tuple[NDArray[np.float32] | None, dict[str, str]]:
+    """Of the same channels, those named `variance.…`, None where there are none; and the file's `woodcock:…` header
+    without that prefix. Raises ImageError."""
+    with _opened(path) as image:
+        names = list(image.spec().channelnames)
+        wanted = [f"variance.{names[index]}" for index in _channels(names)]
+        known = set(wanted) <= set(names)
+        variance = _pixels(path, image, [names.index(name) for name in wanted]) if known else None
+        return variance, header_of(image.spec())
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[oiio.ImageInput]:
     _check_format(path)
     image = oiio.ImageInput.open(str(path))
     if image is None:
@@ -36,13 +55,18 @@ def read_picture(path: Path) -> NDArray[np.float32]:
         spec = image.spec()
         if spec.width * spec.height > MAX_TEXELS:
             raise ImageError(f"{path}: is {spec.width} × {spec.height} pixels; {MAX_TEXELS} in all are the most")
-        chosen = _channels(list(spec.channelnames))
-        pixels = image.read_image(0, 0, min(chosen), max(chosen) + 1, oiio.FLOAT)
-        if pixels is None:
-            raise _unreadable(path, image.geterror())
+        yield image
     finally:
         image.close()
-    return np.ascontiguousarray(pixels[..., [index - min(chosen) for index in chosen]], np.float32)
+
+
+def _pixels(path: Path, image: oiio.ImageInput, channels: list[int]) -> NDArray[np.float32]:
+    """(height, width, channels)"""
+    first, stop = min(channels), max(channels) + 1
+    pixels = image.read_image(0, 0, first, stop, oiio.FLOAT)
+    if pixels is None:
+        raise _unreadable(path, image.geterror())
+    return np.ascontiguousarray(pixels[..., [index - first for index in channels]], np.float32)
 
 
 def _check_format(path: Path) -> None:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from woodcock import __version__
 from woodcock.certificate import certify
+from woodcock.contract import outcome
 from woodcock.film import Film
+from woodcock.leanness import Contents
+from woodcock.metrics import estimated_rel_mse
+from woodcock.reference import Reference
 from woodcock.scene import Scene
+from woodcock.series import Point, against, efficiency, slope
 
 if TYPE_CHECKING:
     from woodcock.evidence import Evidence
-
-#: Samples from one point of the error series to the next.
-SERIES_GROWTH = math.sqrt(2)
+    from woodcock.generic.gain import Gain
 
 
 class Facts(TypedDict):
@@ -43,81 +46,126 @@ class Facts(TypedDict):
     unscattered: float | None
     media: list[dict[str, Any]]
     seconds: dict[str, float]
+    program: Contents
 
 
 class Use(Facts):
-    """A device's part in a render. samples: rendered there, per pixel; render_seconds: spent on them; evidence: for the
-    certificate, None until it is gathered or where the device could not.
+    """A device's part in a render. samples: rendered there, per pixel; programs: mean samples per pixel by the hash of
+    the program that rendered them; render_seconds: spent on them; evidence: for the certificate, None until it is
+    gathered or where the device could not.
+
+    The generic program took part where the scene's own, of which all other facts are, was still being built.
     """
 
     samples: int
+    programs: dict[str, float]
     render_seconds: float
     evidence: Evidence | None
 
 
-class Point(TypedDict):
-    """A point of the error series: rmse is the estimated root mean square error of a pixel's value."""
+def header(
+    scene: Scene, film: Film, uses: Sequence[Use], series: Sequence[Point], seconds: Mapping[str, float]
+) -> dict[str, str]:
+    """What the EXR's header must say so that the image can be rendered again, and how large its error is.
 
-    seconds: float
-    samples: int
-    rmse: float
-
-
-def point(seconds: float, film: Film) -> Point | None:
-    """The error after so many seconds; None while it cannot be estimated, with fewer than two samples a pixel.
-
-    Without noise too: there is one error then, and nothing that falls.
+    Numbers as text, those of them that are known; as `build` has them.
     """
-    rmse = math.nan if film.deterministic else film.rmse()
-    return {"seconds": seconds, "samples": film.samples, "rmse": rmse} if math.isfinite(rmse) else None
-
-
-def header(scene: Scene, film: Film, uses: Sequence[Use]) -> dict[str, str]:
-    """What the EXR's header must say so that the image can be rendered again."""
+    numbers = {
+        "samples": film.mean_samples,
+        "seconds": wall(series, seconds),
+        "rmse": _known(film.rmse()),
+        "relativeRmse": relative_rmse(film),
+        "relMse": _rel_mse(film),
+        "efficiency": efficiency(film, wall(series, seconds)),
+        "slope": slope(series)["slope"],
+    }
     return {
         "scene": scene.model_dump_json(),
         "seed": str(scene.seed),
         "sampleRanges": json.dumps(film.ranges),
-        "programHash": ", ".join(dict.fromkeys(use["program_hash"] for use in uses)),
+        "programHash": ", ".join(dict.fromkeys(name for use in uses for name in use["programs"])),
         "version": __version__,
         "device": "; ".join(use["name"] for use in uses),
         "driver": "; ".join(f"{use['platform']}, {use['driver']}" for use in uses),
+        **{name: f"{number:.9g}" for name, number in numbers.items() if number is not None},
     }
 
 
 def build(
-    film: Film, uses: Sequence[Use], series: Sequence[Point], render: float, check: float, write: float
+    film: Film,
+    uses: Sequence[Use],
+    series: Sequence[Point],
+    seconds: Mapping[str, float],
+    *,
+    scene: Scene,
+    reference: Reference | None = None,
 ) -> dict[str, Any]:
-    """The report. uses: not empty; render, check, write: wall seconds of rendering, of gathering evidence, and of
-    writing the pictures.
+    """The report; `report_schema.Report` says what its numbers are. uses: not empty.
 
-    Without noise `rmse` is at most that. Devices read, build and upload side by side: the longest seconds count.
+    seconds: wall seconds of rendering, of merging, of checking (measuring errors and gathering evidence) and of writing
+    the pictures: render, merge, check, write. Devices read, build and upload side by side: the longest seconds count.
     """
-    seconds = {part: max(use["seconds"][part] for use in uses) for part in ("read", "build", "upload")}
-    rmse, mean = film.rmse(), film.mean_luminance()
+    first = {part: max(use["seconds"][part] for use in uses) for part in ("read", "build", "upload")}
+    after, lasted = {part: seconds[part] for part in ("render", "merge", "check", "write")}, wall(series, seconds)
+    rendered = sum(use["render_seconds"] for use in uses)
     orders = _orders(film, uses[0]["norm"], uses[0]["unscattered"])
+    fall = slope(series, uniform=int(film.count.min()) == int(film.count.max()))
+    reached = outcome(scene.stop, film, lasted)
     return {
         "version": __version__,
         "width": film.width,
         "height": film.height,
         "channels": film.channels,
         "samples": film.samples,
+        "mean_samples": film.mean_samples,
         "sample_ranges": film.ranges,
-        "seconds": {**seconds, "render": render, "check": check, "write": write},
-        "rmse": _known(rmse),
-        "relative_rmse": rmse / mean if math.isfinite(rmse) and mean > 0 else None,
+        "contract": reached,
+        "seconds": {**first, **after},
+        "utilisation": rendered / (lasted * len(uses)) if lasted > 0 else None,
+        "rmse": _known(film.rmse()),
+        "relative_rmse": relative_rmse(film),
+        "rel_mse": _rel_mse(film),
+        "efficiency": efficiency(film, lasted),
         "deterministic": film.deterministic,
         "bound": _bound(film),
-        "mean_luminance": mean,
+        "mean_luminance": film.mean_luminance(),
         "orders": orders,
-        "certificate": certify(film, uses, orders),
+        "certificate": certify(film, uses, orders, fall, reached),
         "error": list(series),
+        "slope": fall,
+        "reference": None if reference is None else reference.name,
+        "against": None if reference is None else against(film, reference),
         "rejected_samples": film.rejected,
         "majorant_violations": film.violations,
         "program_hash": uses[0]["program_hash"],
+        "program": uses[0]["program"],
+        "gain": _gain(uses),
         "kinds": uses[0]["kinds"],
         "devices": list(uses),
     }
+
+
+def _gain(uses: Sequence[Use]) -> Gain | None:
+    """Of the first device that measured it."""
+    evidence = (use["evidence"] for use in uses)
+    return next((gain for one in evidence if one and (gain := one.get("gain"))), None)
+
+
+def wall(series: Sequence[Point], seconds: Mapping[str, float]) -> float:
+    """Seconds from the first range of samples to the last merge: the last point's, else those of rendering."""
+    return max(seconds["render"], series[-1]["seconds"] if series else 0.0)
+
+
+def relative_rmse(film: Film) -> float | None:
+    """Root mean square error over the mean luminance; without noise at most that. None where it is not known."""
+    rmse, mean = film.rmse(), film.mean_luminance()
+    return rmse / mean if math.isfinite(rmse) and mean > 0 else None
+
+
+def _rel_mse(film: Film) -> float | None:
+    """By the samples' own variances; None where they are not known, and without noise."""
+    beauty = film.layer("")
+    return None if film.deterministic else _known(estimated_rel_mse(beauty.mean, beauty.variance()))
 
 
 def _bound(film: Film) -> dict[str, float | None] | None:

@@ -8,12 +8,15 @@ from typing import Any
 
 import structlog
 from anyio import to_thread
-from fastapi import FastAPI, HTTPException
+from fastapi import FastAPI, HTTPException, Request, Response
+from fastapi.responses import PlainTextResponse
+from prometheus_client.exposition import choose_encoder
 from sqlalchemy import text
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock import __version__
-from woodcock_server import cluster, problems
+from woodcock_server import cluster, preparation, problems
+from woodcock_server.comparisons import endpoints as comparisons
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 from woodcock_server.devices import endpoints as devices
@@ -23,6 +26,8 @@ from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.jobs import endpoints as jobs
+from woodcock_server.jobs import repository
+from woodcock_server.metrics import CountRequests, Metrics
 from woodcock_server.services import Provided, Services
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import endpoints as volumes
@@ -40,7 +45,7 @@ def create_app(settings: Settings) -> FastAPI:
     """
     storage = Storage(settings.data)
     engine = open_database(settings.database)
-    changes = Changes()
+    changes, metrics = Changes(), Metrics()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -48,9 +53,10 @@ def create_app(settings: Settings) -> FastAPI:
         ready = [device.id for device in found if device.ready]
         async with cluster.embedded(ready, storage.scratch) as client:
             checks = Checks(engine, client, found)
-            dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings.lease_seconds)
-            async with checks.running(), dispatcher.running():
-                app.state.services = Services(engine, storage, changes, found, checks, dispatcher)
+            dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings.lease_seconds, metrics)
+            preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
+            async with checks.running(), dispatcher.running(), preparing:
+                app.state.services = Services(engine, storage, changes, client, found, checks, dispatcher, metrics)
                 yield
         engine.dispose()
 
@@ -64,10 +70,12 @@ def create_app(settings: Settings) -> FastAPI:
     problems.install(app)
     uploads = volumes.router.prefix
     app.add_middleware(problems.BodyLimit, limit=BODY_LIMIT, special={uploads: settings.upload_limit})
-    for endpoints in (jobs, volumes, devices, gallery):
+    for endpoints in (jobs, comparisons, volumes, devices, gallery):
         app.include_router(endpoints.router)
     app.mount("/web", gallery.static)
     app.add_api_route("/healthz", healthz, methods=["GET"], responses=problems.problem_schema(503), tags=["health"])
+    app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"])
+    app.add_middleware(CountRequests, metrics=metrics)
     return app
 
 
@@ -85,3 +93,17 @@ def healthz(services: Provided) -> dict[str, Any]:
         raise HTTPException(503, fault)
     trusted = sum(device.ready for device in services.devices) - len(distrusted)
     return {"status": "ok", "version": __version__, "devices": trusted}
+
+
+def scrape(request: Request, services: Provided) -> Response:
+    """What this server has done since it started, for Prometheus."""
+    metrics = services.metrics
+    try:
+        with services.engine.connect() as connection:
+            for state, count in repository.counts(connection).items():
+                metrics.jobs.labels(state).set(count)
+    except SQLAlchemyError as error:  # What this server did is its own to tell.
+        log.error("the database does not answer", error=str(error))
+        metrics.jobs.clear()
+    encode, kind = choose_encoder(request.headers.get("accept", ""))
+    return Response(encode(metrics.registry), headers={"Content-Type": kind})

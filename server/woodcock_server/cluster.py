@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,15 @@ SUPERVISION_SECONDS = 5.0
 def resource(device_id: str) -> dict[str, int]:
     """What binds a task to a device. A worker's name or address would not do: a restarted worker has new ones."""
     return {f"device:{device_id}": 1}
+
+
+async def ask(client: Client, device_id: str, key: str, function: Callable[..., Any], *args: Any) -> Any:
+    """Run a function on a device's worker; key: a new one. Raises KilledWorker, and what the function raises."""
+    future = client.submit(function, *args, key=key, resources=resource(device_id), pure=False)
+    try:
+        return await future
+    finally:
+        future.release()  # type: ignore[no-untyped-call]
 
 
 @asynccontextmanager

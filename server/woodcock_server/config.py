@@ -28,6 +28,10 @@ class Settings(BaseSettings):
     lease_seconds: Annotated[float, Field(ge=0.5)] = Field(
         default=10.0, description="How long a job stays with a server that no longer answers."
     )
+    prepare: bool = Field(
+        default=True,
+        description="Build the generic program at the start, which renders scenes whose own is still being built.",
+    )
 
     @property
     def database(self) -> str:

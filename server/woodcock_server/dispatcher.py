@@ -19,12 +19,15 @@ from woodcock.device import DeviceError
 from woodcock.formats import VolumeError
 from woodcock.image import ImageError
 from woodcock.scene import SceneError
+from woodcock_server.claim import Claim, LeaseLost
 from woodcock_server.devices.checks import Checks
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
-from woodcock_server.rendering import LeaseLost, RenderError, Rendering, in_thread
+from woodcock_server.metrics import Metrics
+from woodcock_server.rendering import RenderError, Rendering
 from woodcock_server.storage import Storage
+from woodcock_server.threads import in_thread
 
 log = structlog.get_logger()
 
@@ -44,10 +47,11 @@ class Dispatcher:
         devices: Sequence[str],
         checks: Checks,
         lease: float,
+        metrics: Metrics,
     ) -> None:
         self._engine, self._storage, self._changes = engine, storage, changes
         self._client, self._devices, self._checks = client, devices, checks
-        self._lease = timedelta(seconds=lease)
+        self._lease, self._metrics = timedelta(seconds=lease), metrics
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
         self._work = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -122,12 +126,14 @@ class Dispatcher:
             if claimed is None:
                 return False
             row, devices = claimed
+            self._metrics.claimed(row, datetime.now(UTC))
             self._checks.occupy(devices)
-            job = Rendering(self._engine, self._storage, self._changes, self._client, devices, row)
+            claim = Claim(self._engine, self._storage, self._changes, row)
+            job = Rendering(claim, self._storage, self._client, devices, self._metrics)
             try:
                 await self._attempt(job)
             except LeaseLost:
-                log.warning("job lost to another dispatcher", job=job.id)
+                log.warning("job lost to another dispatcher", job=claim.id)
             return True
         finally:
             self._checks.occupy(())
@@ -161,14 +167,14 @@ class Dispatcher:
             try:
                 await job.put_back()
             except Exception as error:  # Its lease runs out instead.
-                log.warning("job not put back", job=job.id, reason=repr(error))
+                log.warning("job not put back", job=job.claim.id, reason=repr(error))
             raise
         except (RenderError, DeviceError, VolumeError, ImageError, SceneError, DenoiseError) as error:
             await job.fail(str(error))
         except (LeaseLost, SQLAlchemyError):
             raise
         except Exception as error:
-            log.exception("rendering broke off", job=job.id)
+            log.exception("rendering broke off", job=job.claim.id)
             await job.fail(f"The renderer stopped unexpectedly: {type(error).__name__}: {error}")
         finally:
             await _end(lease)
@@ -177,13 +183,13 @@ class Dispatcher:
         """Renew the lease until cancelled. Raises LeaseLost."""
         while True:
             await asyncio.sleep(0.3 * self._lease.total_seconds())
-            if not await in_thread(self._renew, job):
+            if not await in_thread(self._renew, job.claim):
                 raise LeaseLost
 
-    def _renew(self, job: Rendering) -> bool:
+    def _renew(self, claim: Claim) -> bool:
         with self._engine.begin() as connection:
             values = {"lease_until": datetime.now(UTC) + self._lease}
-            return repository.write_held(connection, job.id, job.token, values)
+            return repository.write_held(connection, claim.id, claim.token, values)
 
 
 async def _end(task: asyncio.Task[None]) -> None:

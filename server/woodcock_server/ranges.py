@@ -3,41 +3,43 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from collections.abc import Iterable
 
+from woodcock.contract import Piece
 from woodcock.pace import RANGE_SECONDS, Pace
-
-Range: TypeAlias = tuple[int, int]
 
 #: A range of less than this is not worth handing out, unless it is what is left.
 LEAST_SECONDS = 0.1
 
 
 class Pool:
-    """The samples of [0, end) that no film holds and nobody renders. Each is handed out once."""
+    """The pieces of a round that nobody renders yet. Every sample is handed out once."""
 
-    def __init__(self, done: tuple[Range, ...], end: int) -> None:
-        self._free: list[Range] = []
-        start = 0
-        for first, stop in (*sorted(done), (end, end)):
-            if start < first:
-                self._free.append((start, min(first, end)))
-            start = max(start, stop)
+    def __init__(self, pieces: Iterable[Piece], pixels: int) -> None:
+        """pixels: of the whole picture, which pieces without a list of pixels are of."""
+        self._free, self._whole = list(pieces), pixels
 
     @property
     def left(self) -> int:
-        return sum(stop - start for start, stop in self._free)
+        """Paths (samples × pixels) that nobody has taken."""
+        return sum((piece.stop - piece.start) * piece.width(self._whole) for piece in self._free)
 
-    def take(self, count: int) -> Range:
+    @property
+    def pixels(self) -> int:
+        """Of the piece that comes next; 0 when none is left."""
+        return self._free[0].width(self._whole) if self._free else 0
+
+    def take(self, count: int) -> Piece:
         """The next samples, up to `count` of them, 1 at least. Raises IndexError when none is left."""
-        start, stop = self._free.pop(0)
-        middle = min(stop, start + max(1, count))
-        if middle < stop:
-            self._free.insert(0, (middle, stop))
-        return start, middle
+        piece, rest = self._free.pop(0).cut(count)
+        self._free[:0] = rest
+        return piece
 
 
-def share(pace: Pace, left: int, total_rate: float) -> int:
-    """How many of the samples that are left this device should render next, so that all devices end together."""
-    fair = math.ceil(left * pace.rate / total_rate) if total_rate > 0 else left
-    return min(left, pace.size(RANGE_SECONDS), max(fair, pace.size(LEAST_SECONDS)))
+def share(pace: Pace, pool: Pool, total_rate: float) -> int:
+    """How many samples of the pool's next pixels this device should render, so that all devices end together.
+
+    pool: not empty; total_rate: of all devices, paths per second.
+    """
+    fair = math.ceil(pool.left * pace.rate / (total_rate * pool.pixels)) if total_rate > 0 else 1
+    return min(pace.size(RANGE_SECONDS, pool.pixels), max(fair, pace.size(LEAST_SECONDS, pool.pixels)))

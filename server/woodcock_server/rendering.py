@@ -1,94 +1,77 @@
-"""One job, from its claim to its picture: ranges out to every device, Films back, checkpoints on the way."""
+"""One job, from its claim to its picture: pieces out to every device, Films back, checkpoints on the way."""
 
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 import time
-from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
-from typing import Any, ParamSpec, TypeVar
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeAlias
 
 import structlog
 from distributed import Client
 from distributed.scheduler import KilledWorker
 from pydantic import ValidationError
-from sqlalchemy import Engine, RowMapping
 
+from woodcock import series
+from woodcock.contract import Piece
 from woodcock.denoise import require
 from woodcock.device import DeviceError
-from woodcock.film import Film, FilmError
-from woodcock.pace import Pace, fit
-from woodcock.report import SERIES_GROWTH, Facts, Point, Use, point
-from woodcock.scene import SamplesStop, Scene, SceneError, explain, with_files
+from woodcock.film import Film
+from woodcock.reference import Reference
+from woodcock.report import Facts, Use
+from woodcock.scene import Scene, SceneError, explain, with_files
 from woodcock_server import results, worker
-from woodcock_server.cluster import resource
-from woodcock_server.events import Changes
-from woodcock_server.jobs import repository
+from woodcock_server.books import Books
+from woodcock_server.claim import Claim
+from woodcock_server.cluster import ask
+from woodcock_server.jobs import reference
 from woodcock_server.jobs.schemas import State
-from woodcock_server.ranges import Pool, share
+from woodcock_server.metrics import Metrics
+from woodcock_server.rounds import Rounds
 from woodcock_server.storage import Storage
+from woodcock_server.threads import in_thread
 
 log = structlog.get_logger()
 
 PROGRESS_SECONDS = 1.0  # between previews and writes of the row
 CHECKPOINT_SECONDS = 2.0  # between writes of the Film: what a crash may cost
-MOST_SAMPLES = 1 << 31
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
-
-class LeaseLost(Exception):  # noqa: N818 - it says what happened
-    """Another dispatcher holds the job now; whatever this one still does must leave no trace."""
+#: As `worker.render_range` returns it.
+Rendered: TypeAlias = tuple[Film, float, str]
 
 
 class RenderError(RuntimeError):
     """The job cannot be finished; the text says why, for the one who asked for it."""
 
 
-async def in_thread(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-    """asyncio.to_thread that ends before it is cancelled: two writers of one file never meet."""
-    task = asyncio.create_task(asyncio.to_thread(function, *args, **kwargs))
-    try:
-        return await asyncio.shield(task)
-    except asyncio.CancelledError:
-        await asyncio.wait({task})
-        raise
-
-
 class Rendering:
     """A claimed job being rendered by every device of a cluster."""
 
     def __init__(
-        self,
-        engine: Engine,
-        storage: Storage,
-        changes: Changes,
-        client: Client,
-        devices: Sequence[str],
-        row: RowMapping,
+        self, claim: Claim, storage: Storage, client: Client, devices: Sequence[str], metrics: Metrics
     ) -> None:
-        self.id: str = row["id"]
-        self.token: int = row["token"]
-        self._engine, self._storage, self._changes, self._client, self._devices = (
-            engine, storage, changes, client, devices,
-        )  # fmt: skip
-        self._row = row
+        self.claim, row = claim, claim.row
+        self._storage, self._client, self._devices, self._metrics = storage, client, devices, metrics
         self._film: Film | None = None
-        self._usage: dict[str, Use] = row["usage"]
-        self._series: list[Point] = row["series"]
-        self._paces = {device: Pace() for device in devices}
+        self._reference: Reference | None = None
+        self._books = Books(row)
         self._faults: list[DeviceError] = []
         self._merging = asyncio.Lock()
+        self._claimed_at = time.monotonic()
+        self._turn = asyncio.Event()  # the next round has begun
+        self._asked = itertools.count()
         # Rendering time so far: of former attempts, and since this one's first device was ready.
-        self._spent: float = row["seconds"]
+        self._before: float = row["seconds"]
         self._since: float | None = None
         self._progress_at = self._checkpoint_at = -math.inf
 
     @property
     def seconds(self) -> float:
-        return self._spent + (time.monotonic() - self._since if self._since is not None else 0.0)
+        return self._before + (time.monotonic() - self._since if self._since is not None else 0.0)
 
     @property
     def samples(self) -> int:
@@ -99,199 +82,205 @@ class Rendering:
         self._read_scene()
         if self._scene.denoise:
             await in_thread(require)
+        if named := self.claim.row["reference"]:
+            found = await in_thread(reference.load, self._storage, named)
+            self._reference = found.independent_of(self._scene.seed)
         await self._resume()
-        stop = self._scene.stop
-        end = stop.samples if isinstance(stop, SamplesStop) else MOST_SAMPLES
-        self._pool = Pool(self._film.ranges if self._film else (), end)
         kept = self.samples
-        log.info("job claimed", job=self.id, token=self.token, samples_kept=kept)
+        log.info("job claimed", job=self.claim.id, token=self.claim.token, samples_kept=kept)
+        self._rounds = await in_thread(Rounds, self._scene, self._devices, self._film)
         try:
             async with asyncio.TaskGroup() as group:
                 for device in self._devices:
                     group.create_task(self._drive(device))
         except ExceptionGroup as errors:
             raise errors.exceptions[0] from None
-        if self._film is None or (isinstance(stop, SamplesStop) and self.samples < stop.samples):
+        if self._film is None or (len(self._faults) == len(self._devices) and not self._rounds.over):
             raise self._faults[0]
         await self._finish(self._film)
-        log.info("job succeeded", job=self.id, samples=self.samples, samples_rendered=self.samples - kept)
+        log.info("job succeeded", job=self.claim.id, samples=self.samples, samples_rendered=self.samples - kept)
 
     def _read_scene(self) -> None:
         try:
-            self._scene = Scene.model_validate(self._row["scene"])
+            self._scene = Scene.model_validate(self.claim.row["scene"])
         except ValidationError as error:  # Committed by another version of this program.
             raise SceneError(explain(error.errors(include_url=False))) from None
         local = with_files(self._scene, lambda file: str(self._storage.volume_file(file)))
         self._text = local.model_dump_json()
 
     async def _resume(self) -> None:
-        await in_thread(self._storage.open_job, self.id)
-        if path := await in_thread(self._storage.newest_checkpoint, self.id):
-            try:
-                self._film = await in_thread(Film.load, path)
-            except FilmError as error:
-                log.error("checkpoint lost, starting again", job=self.id, reason=str(error))
+        """Go on from the checkpoint, with what the row says of it."""
+        self._film = await self.claim.resume()
+        if self._film is not None:
+            self._books.resume(self._film)
         # The row may have counted samples that no checkpoint held.
-        self._series = [one for one in self._series if one["samples"] <= self.samples]
-        await self._write({"samples": self.samples})
+        await self.claim.write({"samples": self.samples})
 
     # Handing out and merging
 
     async def _drive(self, device: str) -> None:
-        """Keep one range running and one waiting on a device, until there is no more to do."""
-        try:
-            facts: Facts = await self._ask(device, "prepare", "preparing the scene")
-        except DeviceError as error:
-            log.warning("device left out", job=self.id, device=device, reason=str(error))
-            self._faults.append(error)
+        """Keep one piece running and one waiting on a device, until there is no more to do."""
+        if not await self._prepare(device):
             return
-        before = self._usage.get(device)
-        self._usage[device] = {
-            **facts,
-            "samples": before["samples"] if before else 0,
-            "render_seconds": before["render_seconds"] if before else 0.0,
-            "evidence": None,
-        }
+        pieces: deque[asyncio.Task[Rendered]] = deque()
+        try:
+            while not self._rounds.over:
+                self._hand_out(device, pieces)
+                if pieces:
+                    film, seconds, program = await pieces[0]
+                    pieces.popleft()
+                    self._rounds.rendered(device, seconds)
+                    self._hand_out(device, pieces)
+                    await self._merge(device, film, seconds, program)
+                elif self._rounds.timed_out:
+                    return
+                else:  # Others render the last pieces of the round.
+                    await self._turn.wait()
+        finally:
+            for task in pieces:
+                task.cancel()
+            await asyncio.gather(*pieces, return_exceptions=True)
+
+    def _hand_out(self, device: str, pieces: deque[asyncio.Task[Rendered]]) -> None:
+        while piece := self._rounds.take(device, self.seconds):
+            pieces.append(asyncio.create_task(self._render(device, piece)))
+
+    async def _prepare(self, device: str) -> bool:
+        """Make the scene ready on a device; False where that cannot render it."""
+        try:
+            # Another program would count for the variant that is compared.
+            own = self.claim.row["comparison"] is not None
+            facts: Facts = await self._ask(device, "preparing the scene", worker.prepare, own)
+        except DeviceError as error:
+            log.warning("device left out", job=self.claim.id, device=device, reason=str(error))
+            self._faults.append(error)
+            return False
+        self._books.prepared(device, facts)
+        self._metrics.spent(facts["seconds"])
         if self._since is None:
             self._since = time.monotonic()
+        return True
 
-        waiting: list[tuple[int, int, asyncio.Task[Any]]] = []
-        try:
-            while True:
-                while len(waiting) < 2 and (count := self._count(device, waiting)):
-                    start, stop = self._pool.take(count)
-                    what = f"rendering samples {start} to {stop - 1}"
-                    waiting.append(
-                        (start, stop, asyncio.create_task(self._ask(device, "render_range", what, start, stop)))
-                    )
-                if not waiting:
-                    return
-                start, stop, task = waiting.pop(0)
-                film, seconds = await task
-                self._paces[device].measured(stop - start, seconds)
-                await self._merge(device, film, seconds)
-        finally:
-            for _, _, task in waiting:
-                task.cancel()
-            await asyncio.gather(*(task for _, _, task in waiting), return_exceptions=True)
+    async def _render(self, device: str, piece: Piece) -> Rendered:
+        what = f"rendering samples {piece.start} to {piece.stop - 1}"
+        part = piece.start, piece.stop, piece.pixels
+        rendered: Rendered = await self._ask(device, what, worker.render_range, *part)
+        return rendered
 
-    def _count(self, device: str, waiting: Sequence[tuple[int, int, Any]]) -> int:
-        """Samples of the device's next range; 0 for none now."""
-        left, pace, stop = self._pool.left, self._paces[device], self._scene.stop
-        if isinstance(stop, SamplesStop):
-            return share(pace, left, sum(other.rate for other in self._paces.values())) if left else 0
-        ahead = sum(last - first for first, last, _ in waiting)
-        if pace.rate == 0 and ahead:  # One sample tells how long a second would take.
-            return 0
-        seconds = stop.seconds - self.seconds - (ahead / pace.rate if ahead else 0.0)
-        return min(left, fit(pace, seconds, nothing_yet=left == MOST_SAMPLES))
-
-    async def _ask(self, device: str, function: str, what: str, *args: int) -> Any:
+    async def _ask(self, device: str, what: str, function: Callable[..., Any], *args: Any) -> Any:
         """Run a function of worker.py on a device. Dask runs it again when its worker dies, so many times."""
-        future = self._client.submit(
-            getattr(worker, function), self._text, device, *args,
-            key=f"{self.id}-{self.token}-{device}-{function}-{args}", resources=resource(device), pure=False,
-        )  # fmt: skip
+        key = f"{self.claim.id}-{self.claim.token}-{next(self._asked)}"
         try:
-            return await future
+            return await ask(self._client, device, key, function, self._text, device, *args)
         except KilledWorker as error:
             deaths = error.allowed_failures + 1
             raise RenderError(f"The process that renders on {device} died {deaths} times while {what}.") from None
-        finally:
-            future.release()  # type: ignore[no-untyped-call]
 
-    async def _merge(self, device: str, film: Film, seconds: float) -> None:
+    async def _merge(self, device: str, film: Film, seconds: float, program: str) -> None:
         async with self._merging:
-            self._film = film if self._film is None else await in_thread(self._film.merge, film)
-            self._usage[device]["samples"] += film.samples
-            self._usage[device]["render_seconds"] += seconds
-            if not self._series or self.samples >= self._series[-1]["samples"] * SERIES_GROWTH:
+            with self._timing("merge"):
+                self._film = await in_thread(self._film.merge, film) if self._film else self._checked(film)
+            self._books.rendered(device, film, seconds, program)
+            self._metrics.rendered(device, int(film.count.sum()), seconds)
+            if series.due(self._books.series, self._film):
                 await self._measure(self._film)
             if time.monotonic() - self._progress_at >= PROGRESS_SECONDS:
                 await self._record(self._film)
+            if self._rounds.merged():
+                await in_thread(self._rounds.begin, self._film)
+                self._turn.set()
+                self._turn = asyncio.Event()
+
+    def _checked(self, film: Film) -> Film:
+        """The first: its channels are known now, and with them whether it can be held against the reference."""
+        if self._reference is not None:
+            self._reference.check(film.width, film.height, film.channels)
+        return film
+
+    @contextmanager
+    def _timing(self, stage: str) -> Iterator[None]:
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            seconds = time.monotonic() - began
+            self._books.spent[stage] += seconds
+            self._metrics.spent({stage: seconds})
 
     # Writing down
 
     async def _measure(self, film: Film) -> None:
         """The next point of the error series, once the error can be estimated."""
-        if (measured := await in_thread(point, self.seconds, film)) is not None:
-            self._series.append(measured)
+        with self._timing("check"):
+            point = await in_thread(series.measure, film, self.seconds, self._books.device_seconds, self._reference)
+        if point is not None:
+            self._books.series.append(point)
 
     async def _record(self, film: Film) -> None:
         """Preview and row, and the Film when it is time: the row counts no samples of which there is no preview."""
-        values = await self._figures(film)
-        await in_thread(results.preview, self._storage, self.id, film)
-        if time.monotonic() - self._checkpoint_at >= CHECKPOINT_SECONDS:
-            values |= await self._save(film)
-        await self._write(values)
+        values = await in_thread(results.figures, self._scene, film, self.seconds)
+        with self._timing("write"):
+            await in_thread(results.preview, self._storage, self.claim.id, film)
+            if self._progress_at == -math.inf and self.claim.token == 1:
+                self._metrics.first_preview.observe(time.monotonic() - self._claimed_at)
+            await self.claim.write(values)  # before the checkpoint, so that nobody waits for the preview longer
+            if time.monotonic() - self._checkpoint_at >= CHECKPOINT_SECONDS:
+                await self._save(film)
         self._progress_at = time.monotonic()
 
-    async def _figures(self, film: Film) -> dict[str, Any]:
-        rmse = await in_thread(film.rmse)
-        mean = await in_thread(film.mean_luminance)
-        known = math.isfinite(rmse)
-        return {
-            "samples": film.samples,
-            "seconds": self.seconds,
-            "rmse": rmse if known else None,
-            "relative_rmse": rmse / mean if known and mean > 0 else None,
-        }
-
-    async def _save(self, film: Film) -> dict[str, Any]:
+    async def _save(self, film: Film) -> None:
+        """The checkpoint, and first what the row says of it."""
         began = time.monotonic()
-        await in_thread(film.save, self._storage.checkpoint(self.id, self.token))
-        await in_thread(self._storage.drop_checkpoints, self.id, self.token)
+        await self.claim.write({**self._books.columns(), "seconds": self.seconds})
+        await self.claim.keep(film)
+        self._books.kept(film)
         # A large Film takes long to write: no more than a tenth of the time goes into that.
         self._checkpoint_at = time.monotonic() + 9 * (time.monotonic() - began)
-        return {"usage": self._usage, "series": self._series}
-
-    async def _write(self, values: dict[str, Any]) -> None:
-        if not await in_thread(self._write_held, values):
-            raise LeaseLost
-        self._changes.publish(self.id)
-
-    def _write_held(self, values: dict[str, Any]) -> bool:
-        with self._engine.begin() as connection:
-            return repository.write_held(connection, self.id, self.token, values)
 
     # Ends
 
     async def _finish(self, film: Film) -> None:
-        values = await self._figures(film)
-        if not self._series or film.samples > self._series[-1]["samples"]:
+        values = await in_thread(results.figures, self._scene, film, self.seconds)
+        points = self._books.series
+        if not points or film.mean_samples > points[-1]["samples"]:
             await self._measure(film)
-        await self._write(values | await self._save(film))
-        began = time.monotonic()
-        uses = [await self._certified(device, use) for device, use in self._usage.items() if use["samples"]]
-        seconds = {"render": values["seconds"], "check": time.monotonic() - began}
-        await in_thread(results.write, self._storage, self.id, self._scene, film, uses, self._series, seconds)
-        await self._write({"state": State.SUCCEEDED, "finished_at": datetime.now(UTC), **_NOBODY})
-        await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
+        with self._timing("write"):
+            await self._save(film)
+            await self.claim.write(values)
+        with self._timing("check"):
+            uses = [await self._certified(device, use) for device, use in self._books.usage.items() if use["samples"]]
+        with self._timing("write"):
+            report = await in_thread(
+                results.write, self._storage, self.claim.id, self.claim.row["name"], self._scene, film, uses,
+                points, {"render": values["seconds"], **self._books.spent}, self._reference,
+            )  # fmt: skip
+        await self.claim.end(State.SUCCEEDED)
+        self._metrics.succeeded(report)
 
     async def _certified(self, device: str, use: Use) -> Use:
-        """With the evidence for the certificate; a device that cannot give it any more has rendered all the same."""
+        """As of the scene's own program, which may have come late, and with the evidence for the certificate; a device
+        that cannot give it any more has rendered all the same."""
         if device not in self._devices:  # It was another attempt's.
             return use
         try:
-            return {**use, "evidence": await self._ask(device, "certify", "checking the program")}
+            facts, evidence = await self._ask(device, "checking the program", worker.certify)
+            return {**use, **facts, "evidence": evidence}
         except Exception as error:
-            log.warning("no evidence for the certificate", job=self.id, device=device, reason=repr(error))
+            log.warning("no evidence for the certificate", job=self.claim.id, device=device, reason=repr(error))
             return use
 
     async def fail(self, sentence: str) -> None:
         """End the job with what went wrong, files named as the job names them. Raises LeaseLost."""
         sentence = self._storage.by_id(sentence)
-        log.warning("job failed", job=self.id, error=sentence)
-        await self._write({"state": State.FAILED, "error": sentence, "finished_at": datetime.now(UTC), **_NOBODY})
-        await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
+        log.warning("job failed", job=self.claim.id, error=sentence)
+        await self.claim.end(State.FAILED, sentence)
+        self._metrics.finished.labels("failed").inc()
 
     async def put_back(self) -> None:
         """Keep what is rendered and leave the job to the next dispatcher. Raises LeaseLost."""
         values: dict[str, Any] = {"seconds": self.seconds}
         if self._film is not None:
-            values |= {"samples": self.samples, **await self._save(self._film)}
-        await self._write({"state": State.QUEUED, **values, **_NOBODY})
-        log.info("job put back", job=self.id, samples_kept=self.samples)
-
-
-_NOBODY: dict[str, Any] = {"owner": None, "lease_until": None}
+            await self._save(self._film)
+            values["samples"] = self.samples
+        await self.claim.put_back(values)
+        log.info("job put back", job=self.claim.id, samples_kept=self.samples)

@@ -1,15 +1,21 @@
-"""What stays of a finished job: the picture, which says how to render it again, and the report."""
+"""What stays of a finished job: the picture, which says how to render it again, and the report, as data and a page."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from woodcock import report
+from woodcock.contract import outcome
 from woodcock.film import Film
 from woodcock.image import write_exr, write_preview
-from woodcock.report import Point, Use
-from woodcock.scene import Scene
+from woodcock.pages import report_page
+from woodcock.reference import Reference
+from woodcock.report import Use
+from woodcock.scene import RelativeErrorStop, Scene
+from woodcock.series import Point
 from woodcock_server.storage import Storage
 
 PREVIEW_SIZE = 1024  # longest side, pixels
@@ -20,18 +26,40 @@ def preview(storage: Storage, job_id: str, film: Film) -> None:
     write_preview(storage.job_file(job_id, "preview.png"), film, PREVIEW_SIZE)
 
 
+def figures(scene: Scene, film: Film, seconds: float) -> dict[str, Any]:
+    """The columns of a job that tell how far its picture is."""
+    rmse, mean = film.rmse(), film.mean_luminance()
+    known = math.isfinite(rmse)
+    return {
+        "samples": film.samples,
+        "seconds": seconds,
+        "rmse": rmse if known else None,
+        "relative_rmse": rmse / mean if known and mean > 0 else None,
+        "reached": outcome(scene.stop, film, seconds)["reached"] if isinstance(scene.stop, RelativeErrorStop) else None,
+    }
+
+
 def write(
     storage: Storage,
     job_id: str,
+    name: str,
     scene: Scene,
     film: Film,
     uses: Sequence[Use],
     series: Sequence[Point],
     seconds: Mapping[str, float],
-) -> None:
-    """Write image.exr, preview.png and report.json; blocks. seconds: of render and check. Raises DenoiseError."""
+    reference: Reference | None,
+) -> dict[str, Any]:
+    """Write image.exr, preview.png, report.json and report.html; blocks. Returns the report. Raises DenoiseError.
+
+    seconds: of render, merge and check, and of what was written before.
+    """
     began = time.monotonic()
-    write_exr(storage.job_file(job_id, "image.exr"), film, report.header(scene, film, uses), scene.denoise)
+    header = report.header(scene, film, uses, series, seconds)
+    write_exr(storage.job_file(job_id, "image.exr"), film, header, scene.denoise)
     preview(storage, job_id, film)
-    content = report.build(film, uses, series, **seconds, write=time.monotonic() - began)
+    seconds = {**seconds, "write": seconds["write"] + time.monotonic() - began}
+    content = report.build(film, uses, series, seconds, scene=scene, reference=reference)
     storage.write_json(job_id, "report.json", content)
+    storage.write_text(job_id, "report.html", report_page(content, scene, film, reference, name or "Untitled"))
+    return content

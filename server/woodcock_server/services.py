@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from distributed import Client
 from fastapi import Depends, Request
 from sqlalchemy import Engine
 
@@ -12,6 +13,7 @@ from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
+from woodcock_server.metrics import Metrics
 from woodcock_server.storage import Storage
 
 
@@ -20,9 +22,11 @@ class Services:
     engine: Engine
     storage: Storage
     changes: Changes
+    client: Client
     devices: list[Found]
     checks: Checks
     dispatcher: Dispatcher
+    metrics: Metrics
 
 
 def _provide(request: Request) -> Services:

@@ -97,9 +97,12 @@ class Storage:
 
     def write_json(self, job_id: str, name: str, content: dict[str, Any]) -> None:
         """Raises OSError, and ValueError for NaN and infinities."""
-        text = json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False)
+        self.write_text(job_id, name, json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+
+    def write_text(self, job_id: str, name: str, text: str) -> None:
+        """Raises OSError."""
         with replacing(self.job_file(job_id, name)) as path:
-            path.write_text(text + "\n", encoding="utf-8")
+            path.write_text(text, encoding="utf-8")
 
     def checkpoint(self, job_id: str, token: int) -> Path:
         """Where the holder of this token keeps the job's Film: no two holders share a file."""

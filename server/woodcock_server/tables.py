@@ -52,6 +52,8 @@ jobs = Table(
     Column("name", String(200), nullable=False),
     Column("scene", JSON, nullable=False),
     Column("device", String(64), nullable=False),  # what it asks for: an id, or jobs.schemas.ANY
+    Column("reference", String(71)),  # what its picture is held against: a job's id, or that of an uploaded picture
+    Column("comparison", String(36)),  # whose variant it renders
     Column("state", String(16), nullable=False),  # jobs.schemas.State
     Column("created_at", UtcDateTime, nullable=False),
     Column("started_at", UtcDateTime),
@@ -61,14 +63,32 @@ jobs = Table(
     Column("seconds", Float, nullable=False),
     Column("rmse", Float),
     Column("relative_rmse", Float),
-    Column("series", JSON, nullable=False),  # list of woodcock.report.Point
+    Column("reached", Float),  # of a relative_error contract, the error that it looks at
+    Column("series", JSON, nullable=False),  # list of woodcock.series.Point
     Column("usage", JSON, nullable=False),  # device id -> woodcock.report.Use
+    Column("spent", JSON, nullable=False),  # merge, check and write -> wall seconds
+    # The series and the usage as of the checkpoint before: they are written first, so one of the two fits the Film.
+    Column("kept", JSON(none_as_null=True)),
     Column("error", Text),
     # Who renders it. Every write of a dispatcher names the token it claimed the job with.
     Column("token", Integer, nullable=False),
     Column("owner", String(200)),
     Column("lease_until", UtcDateTime),
     Index(None, "state", "id"),
+)
+
+comparisons = Table(
+    "comparisons",
+    metadata,
+    Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("name", String(200), nullable=False),
+    Column("scene", JSON, nullable=False),
+    Column("vary", JSON, nullable=False),  # field -> kinds
+    Column("seconds", Float, nullable=False),  # of rendering, for each variant
+    Column("reference", String(71)),  # as of a job
+    Column("device", String(64), nullable=False),
+    Column("created_at", UtcDateTime, nullable=False),
+    Column("variants", JSON, nullable=False),  # list of job, label and choices
 )
 
 #: Uploaded files of every type.

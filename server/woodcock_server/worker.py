@@ -6,8 +6,12 @@ import logging
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache, wraps
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from woodcock import device as opencl
 from woodcock import stability
@@ -16,9 +20,16 @@ from woodcock.evidence import Evidence, gather
 from woodcock.film import Film
 from woodcock.formats import VolumeError
 from woodcock.image import ImageError
-from woodcock.render import Renderer
+from woodcock.layout import Layout
+from woodcock.leanness import parts
+from woodcock.markers import is_built
+from woodcock.plan import lay_out
+from woodcock.predict import Memory, Prediction, memory, predict
+from woodcock.probe import best_lanes, probe
+from woodcock.render import Renderer, program_of, read_file
 from woodcock.report import Facts
 from woodcock.scene import SceneError, parse
+from woodcock.start import Start
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -34,9 +45,9 @@ def dask_setup(_worker: object) -> None:
 
 
 @lru_cache(maxsize=2)
-def _renderer(scene: str, device_id: str) -> Renderer:
+def _start(scene: str, device_id: str) -> Start:
     """The scene made ready; two are kept, so that one job's end and the next one's start do not push each other out."""
-    return Renderer(parse(scene), opencl.find(device_id))
+    return Start(parse(scene), opencl.find(device_id))
 
 
 def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
@@ -56,21 +67,37 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
 
 
 @_faults_alone
-def prepare(scene: str, device_id: str) -> Facts:
-    """Make a scene (JSON; its files are paths) ready on a device; returns what the report says of the two.
-
-    Raises SceneError, VolumeError, ImageError or DeviceError if it cannot be rendered there.
-    """
-    return _renderer(scene, device_id).facts()
+def load(device_id: str) -> None:
+    """Load the driver, so that the first job need not. Raises DeviceError."""
+    opencl.find(device_id)
 
 
 @_faults_alone
-def render_range(scene: str, device_id: str, start: int, stop: int) -> tuple[Film, float]:
-    """Samples [start, stop) of every pixel, and the seconds that rendering them took. Raises as `prepare` does."""
-    renderer = _renderer(scene, device_id)
-    began = time.perf_counter()
-    film = renderer.render(start, stop)
-    return film, time.perf_counter() - began
+def prepare(scene: str, device_id: str, own: bool) -> Facts:
+    """Make a scene (JSON; its files are paths) ready on a device; returns what the report says of the two.
+
+    own: wait for the scene's own program, where a generic one could begin.
+
+    Raises SceneError, VolumeError, ImageError or DeviceError if it cannot be rendered there.
+    """
+    ready = _start(scene, device_id)
+    return (ready.settled() if own else ready.renderer).facts()
+
+
+@_faults_alone
+def render_range(
+    scene: str, device_id: str, start: int, stop: int, pixels: NDArray[np.int32] | None
+) -> tuple[Film, float, str]:
+    """Samples [start, stop) of pixels, the seconds that rendering them took, and the hash of the program that did.
+
+    pixels: indices y × width + x; None for all. Raises as `prepare` does.
+    """
+    ready = _start(scene, device_id)
+    program, began = ready.renderer.program_hash, time.perf_counter()
+    film = ready.renderer.render(start, stop, pixels)
+    seconds = time.perf_counter() - began
+    ready.swap()
+    return film, seconds, program
 
 
 @_faults_alone
@@ -80,6 +107,54 @@ def check_stability(device_id: str) -> stability.Outcome:
 
 
 @_faults_alone
-def certify(scene: str, device_id: str) -> Evidence:
-    """What the device can say for a picture of the scene. Raises as `prepare` does."""
-    return gather(_renderer(scene, device_id), parse(scene))
+def certify(scene: str, device_id: str) -> tuple[Facts, Evidence]:
+    """What the device can say for a picture of the scene, by the scene's own program. Raises as `prepare` does."""
+    renderer = _start(scene, device_id).settled()
+    return renderer.facts(), gather(renderer, parse(scene))
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a scene would compile and hold on a device. program: hash, kinds, lanes, source_lines, built, remained and
+    left_out; read_seconds: of reading its files."""
+
+    program: dict[str, Any]
+    memory: Memory
+    read_seconds: float
+
+
+@_faults_alone
+def survey(scene: str, device_id: str) -> Survey:
+    """Lay a scene out for a device; nothing is built. Raises SceneError, VolumeError or ImageError."""
+    began = time.perf_counter()
+    described, device = parse(scene), opencl.find(device_id)
+    layout = lay_out(described, read_file)
+    program, precise = program_of(layout, device, best_lanes(device, probe(device)))
+    width, height = described.film.width, described.film.height
+    _surveyed.clear()
+    _surveyed[scene, device_id] = layout
+    remained, left_out = parts(program)
+    told = {
+        "hash": program.hash,
+        "kinds": {concept: list(kinds) for concept, kinds in layout.kinds.items()},
+        "lanes": program.lanes,
+        "source_lines": sum(remained.values()),
+        "built": is_built(device, program, width * height),
+        "remained": remained,
+        "left_out": left_out,
+    }
+    needed = memory(layout, width, height, len(layout.names), program.lanes, precise=precise)
+    return Survey(told, needed, time.perf_counter() - began)
+
+
+#: The scene that was surveyed last, laid out, until it is forecast or another one is surveyed.
+_surveyed: dict[tuple[str, str], Layout] = {}
+
+
+@_faults_alone
+def forecast(scene: str, device_id: str) -> tuple[float, Prediction]:
+    """Seconds of building a scene's program and of its upload, and the prediction of its rendering. Raises as `prepare`
+    does."""
+    described, device = parse(scene), opencl.find(device_id)
+    renderer = Renderer(described, device, layout=_surveyed.pop((scene, device_id), None))
+    return renderer.seconds["build"] + renderer.seconds["upload"], predict(renderer, described)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Collection, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime
 from typing import Any
 
@@ -19,12 +19,12 @@ from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock_server import worker
-from woodcock_server.cluster import resource
+from woodcock_server.cluster import ask
 from woodcock_server.devices import repository
 from woodcock_server.devices.schemas import StabilityRow
 from woodcock_server.devices.service import Found
 from woodcock_server.identifiers import new_id
-from woodcock_server.rendering import in_thread
+from woodcock_server.threads import in_thread
 
 log = structlog.get_logger()
 
@@ -76,6 +76,14 @@ class Checks:
             else:
                 left.set()
 
+    async def left(self, device_id: str, seconds: float) -> bool:
+        """Does no job have this device that is ready, now or within so many seconds? Until the caller waits again."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                while not self._left[device_id].is_set():
+                    await self._left[device_id].wait()
+        return self._left[device_id].is_set()
+
     def distrusted(self, connection: Connection) -> set[str]:
         """The ready devices whose newest check failed."""
         failed = repository.failed(connection, [device.fingerprint for device in self._devices.values()])
@@ -101,18 +109,14 @@ class Checks:
 
     async def _sweep(self, device_id: str) -> list[dict[str, Any]]:
         """The rows of all cases; of a check that could not be carried out a single one, which failed."""
-        future = self._client.submit(
-            worker.check_stability, device_id, key=f"check-{new_id()}", resources=resource(device_id), pure=False
-        )
         try:
-            return [StabilityRow.model_validate(row).model_dump() for row in (await future)["rows"]]
+            outcome = await ask(self._client, device_id, f"check-{new_id()}", worker.check_stability, device_id)
+            return [StabilityRow.model_validate(row).model_dump() for row in outcome["rows"]]
         except KilledWorker as error:
             says = f"The process that checks {device_id} died {error.allowed_failures + 1} times."
         except Exception as error:
             log.exception("stability check broke off", device=device_id)
             says = f"The check could not be carried out: {error}"
-        finally:
-            future.release()  # type: ignore[no-untyped-call]
         return [
             StabilityRow(
                 group="check", case="as a whole", expected=None, got=None, deviation=None, unit="roundings", limit=None,

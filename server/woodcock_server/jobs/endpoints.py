@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import html
+import re
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Annotated
 
 from anyio import to_thread
 from fastapi import APIRouter, Depends, HTTPException, Request, Response
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, HTMLResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from sqlalchemy import RowMapping
 
+from woodcock.report_schema import Report
 from woodcock_server.jobs import repository, service
+from woodcock_server.jobs.check import JobCheck, check
 from woodcock_server.jobs.schemas import PREFIX, Job, JobCreate, JobPage, State, job, summary
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided, Services
 
 router = APIRouter(prefix=PREFIX, tags=["jobs"])
+
+#: By which a report's page says itself what may load and run in it.
+POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">')
+NOTHING = "default-src 'none'"
 
 
 def _existing(id: str, services: Provided) -> RowMapping:
@@ -34,10 +42,19 @@ Existing = Annotated[RowMapping, Depends(_existing)]
 @router.post("", status_code=201, responses=problem_schema(413))
 async def submit_job(request: JobCreate, response: Response, services: Provided) -> Job:
     """Queue a render; it is in the database before this answers."""
-    row = await to_thread.run_sync(service.create, services.engine, services.devices, request)
+    row = await to_thread.run_sync(service.create, services.engine, services.storage, services.devices, request)
     services.dispatcher.wake()
     response.headers["Location"] = f"{PREFIX}/{row['id']}"
     return await to_thread.run_sync(_job, row, services)
+
+
+@router.post("/check", responses=problem_schema(413))
+async def check_job(request: JobCreate, services: Provided) -> JobCheck:
+    """Try a job without queuing it: what would be compiled, which devices it fits, and how long it would render.
+
+    Takes some seconds, for a part of the picture is rendered. A device that renders a job is not disturbed.
+    """
+    return await check(services, request)
 
 
 @router.get("")
@@ -92,11 +109,31 @@ def get_preview(row: Existing, services: Provided) -> Response:
     return Response(path.read_bytes(), media_type="image/png", headers={"Cache-Control": "no-cache"})
 
 
-@router.get("/{id}/report.json", response_class=FileResponse, responses=problem_schema(404))
+@router.get("/{id}/report.json", response_model=Report, responses=problem_schema(404))
 def get_report(row: Existing, services: Provided) -> FileResponse:
     """How wrong the picture may be, how that fell with time, and what rendered it."""
     path = _result(row, services, "report.json", summary(row).links.report)
     return FileResponse(path, media_type="application/json")
+
+
+@router.get("/{id}/report.html", response_class=HTMLResponse, responses=problem_schema(404))
+def get_report_page(row: Existing, services: Provided) -> HTMLResponse:
+    """The report as a page that fetches nothing: the error against time, the pictures, the certificate."""
+    path = _result(row, services, "report.html", summary(row).links.report_page)
+    try:
+        page = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        message = f"Job {row['id']} has no report.html: it ended under a version that wrote none; report.json is there."
+        raise HTTPException(404, message) from None
+    return html_page(page)
+
+
+def html_page(page: str) -> HTMLResponse:
+    """A report's page, under the policy that itself states."""
+    # Of the version that wrote it, for it names its script by its hash. Sandboxed: it is not of the service's origin.
+    own = POLICY.search(page)
+    policy = f"{html.unescape(own[1]) if own else NOTHING}; frame-ancestors 'none'; sandbox allow-scripts"
+    return HTMLResponse(page, headers={"Content-Security-Policy": policy, "X-Content-Type-Options": "nosniff"})
 
 
 def _result(row: RowMapping, services: Services, name: str, link: str | None) -> Path:

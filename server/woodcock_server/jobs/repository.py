@@ -15,11 +15,20 @@ from woodcock_server.paging import fetch_page
 from woodcock_server.tables import UtcDateTime, jobs
 
 
-def add(connection: Connection, name: str, scene: dict[str, Any], device: str, now: datetime) -> str:
+def add(
+    connection: Connection,
+    name: str,
+    scene: dict[str, Any],
+    device: str,
+    now: datetime,
+    reference: str | None = None,
+    comparison: str | None = None,
+) -> str:
     """A new job in the queue; returns its id."""
     job_id = new_id()
-    row = {"id": job_id, "name": name, "scene": scene, "device": device, "state": State.QUEUED, "created_at": now}
-    connection.execute(insert(jobs).values(**row, samples=0, seconds=0.0, series=[], usage={}, token=0))
+    asked = {"name": name, "scene": scene, "device": device, "reference": reference, "comparison": comparison}
+    nothing = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent": {}, "token": 0}
+    connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, **asked, **nothing))
     return job_id
 
 
@@ -34,6 +43,12 @@ def page(
     if state is not None:
         query = query.where(jobs.c.state == state)
     return fetch_page(connection, query, jobs.c.id, limit, cursor)
+
+
+def counts(connection: Connection) -> dict[State, int]:
+    """How many jobs are in each state."""
+    query = select(jobs.c.state, func.count()).group_by(jobs.c.state)
+    return dict.fromkeys(State, 0) | {State(state): count for state, count in connection.execute(query)}
 
 
 # For dispatchers

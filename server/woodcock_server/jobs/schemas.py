@@ -32,6 +32,8 @@ class JobCreate(BaseModel):
     """A request to render.
 
     device: `any` for all that are trusted, or the id of the one that is to render it alone, trusted or not.
+    reference: what the picture is held against as it is rendered, of the same size: the id of a job that has succeeded,
+    or that of an uploaded picture (sha256:…).
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -39,6 +41,7 @@ class JobCreate(BaseModel):
     scene: Scene
     name: Annotated[str, Field(max_length=200)] = ""
     device: Annotated[str, Field(max_length=64)] = ANY
+    reference: Annotated[str, Field(max_length=71)] | None = None
 
 
 class Links(BaseModel):
@@ -49,6 +52,7 @@ class Links(BaseModel):
     image: str | None
     preview: str | None
     report: str | None
+    report_page: str | None
 
 
 class JobSummary(BaseModel):
@@ -57,8 +61,8 @@ class JobSummary(BaseModel):
     seconds: rendering time so far; rmse: estimated standard error of a pixel's luminance, in the scene's radiance;
     integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
     (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
-    devices: that have rendered it. waiting: while it is queued, why it would not be rendered even if no job were
-    before it.
+    devices: that have rendered it. reference: that it is held against. waiting: while it is queued, why it would not be
+    rendered even if no job were before it.
     """
 
     id: str
@@ -78,6 +82,7 @@ class JobSummary(BaseModel):
     relative_rmse: float | None
     device: str
     devices: list[str]
+    reference: str | None
     integrator: str | None
     error: str | None
     links: Links
@@ -104,15 +109,13 @@ def _summary(row: RowMapping, waiting: str | None) -> dict[str, Any]:
     state, scene = State(row["state"]), row["scene"]
     path = f"{PREFIX}/{row['id']}"
     succeeded = state is State.SUCCEEDED
-    stop = scene["stop"]
-    done = row["samples"] / stop["samples"] if stop["kind"] == "samples" else row["seconds"] / stop["seconds"]
     return {
         **{key: row[key] for key in JobSummary.model_fields if key in row},
         "waiting": waiting,
         "width": scene["film"]["width"],
         "height": scene["film"]["height"],
-        "target": stop,
-        "fraction": 1.0 if succeeded else min(done, 1.0),
+        "target": scene["stop"],
+        "fraction": 1.0 if succeeded else min(_done(row), 1.0),
         "devices": sorted(row["usage"]),
         "integrator": next((use["kinds"]["integrator"][0] for use in row["usage"].values()), None),
         "links": Links(
@@ -122,5 +125,18 @@ def _summary(row: RowMapping, waiting: str | None) -> dict[str, Any]:
             # A preview is written before the first samples are counted.
             preview=f"{path}/preview.png" if row["samples"] else None,
             report=f"{path}/report.json" if succeeded else None,
+            report_page=f"{path}/report.html" if succeeded else None,
         ),
     }
+
+
+def _done(row: RowMapping) -> float:
+    """Of what the contract asks for, which part is done."""
+    stop = row["scene"]["stop"]
+    match stop["kind"]:
+        case "samples":
+            return float(row["samples"] / stop["samples"])
+        case "seconds":
+            return float(row["seconds"] / stop["seconds"])
+        case _:  # Errors fall as 1/√n.
+            return float((stop["relative_error"] / row["reached"]) ** 2) if row["reached"] else 0.0

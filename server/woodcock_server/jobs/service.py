@@ -13,26 +13,34 @@ from woodcock.scene import Scene
 from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes, wait
-from woodcock_server.jobs import repository
+from woodcock_server.jobs import reference, repository
 from woodcock_server.jobs.schemas import ANY, JobCreate, JobSummary, State, summary
 from woodcock_server.problems import Fault, InvalidRequest
+from woodcock_server.storage import Storage
 from woodcock_server.volumes.check import check_scene
 
 #: A job that another server renders announces nothing here: its row is looked at this often, seconds.
 LOOK_EVERY = 2.0
 
 
-def create(engine: Engine, devices: Sequence[Found], request: JobCreate) -> RowMapping:
+def create(engine: Engine, storage: Storage, devices: Sequence[Found], request: JobCreate) -> RowMapping:
     """Commit a new job to the queue. Raises InvalidRequest."""
-    _check_device(devices, request.device)
-    check_scene(engine, request.scene)
-    _check_denoiser(request.scene)
-    scene = request.scene.model_dump(mode="json")
+    check_request(engine, storage, devices, request)
+    scene, now = request.scene.model_dump(mode="json"), datetime.now(UTC)
     with engine.begin() as connection:
-        job_id = repository.add(connection, request.name, scene, request.device, datetime.now(UTC))
+        job_id = repository.add(connection, request.name, scene, request.device, now, request.reference)
     row = find(engine, job_id)
     assert row is not None, "jobs are never deleted"
     return row
+
+
+def check_request(engine: Engine, storage: Storage, devices: Sequence[Found], request: JobCreate) -> None:
+    """Raises InvalidRequest for what cannot be rendered here."""
+    _check_device(devices, request.device)
+    check_scene(engine, request.scene)
+    _check_denoiser(request.scene)
+    if request.reference is not None:
+        reference.check(engine, storage, request.scene, request.reference)
 
 
 def _check_device(devices: Sequence[Found], asked: str) -> None:

@@ -1,0 +1,72 @@
+"""A job in the hands of the dispatcher that claimed it: its row, its Film on the disk, and how it ends."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+import structlog
+from sqlalchemy import Engine, RowMapping
+
+from woodcock.film import Film, FilmError
+from woodcock_server.events import Changes
+from woodcock_server.jobs import repository
+from woodcock_server.jobs.schemas import State
+from woodcock_server.storage import Storage
+from woodcock_server.threads import in_thread
+
+log = structlog.get_logger()
+
+
+class LeaseLost(Exception):  # noqa: N818 - it says what happened
+    """Another dispatcher holds the job now; whatever this one still does must leave no trace."""
+
+
+class Claim:
+    """Every write names the token of the claim, so one that is no longer held changes nothing.
+
+    row: as it was claimed.
+    """
+
+    def __init__(self, engine: Engine, storage: Storage, changes: Changes, row: RowMapping) -> None:
+        self.row = row
+        self.id: str = row["id"]
+        self.token: int = row["token"]
+        self._engine, self._storage, self._changes = engine, storage, changes
+
+    async def resume(self) -> Film | None:
+        """What former attempts left."""
+        await in_thread(self._storage.open_job, self.id)
+        if path := await in_thread(self._storage.newest_checkpoint, self.id):
+            try:
+                return await in_thread(Film.load, path)
+            except FilmError as error:
+                log.error("checkpoint lost, starting again", job=self.id, reason=str(error))
+        return None
+
+    async def keep(self, film: Film) -> None:
+        """Write the checkpoint, in place of all before it."""
+        await in_thread(film.save, self._storage.checkpoint(self.id, self.token))
+        await in_thread(self._storage.drop_checkpoints, self.id, self.token)
+
+    async def write(self, values: dict[str, Any]) -> None:
+        """Write to the row, and tell who follows the job. Raises LeaseLost."""
+        if not await in_thread(self._write, values):
+            raise LeaseLost
+        self._changes.publish(self.id)
+
+    def _write(self, values: dict[str, Any]) -> bool:
+        with self._engine.begin() as connection:
+            return repository.write_held(connection, self.id, self.token, values)
+
+    async def end(self, state: State, error: str | None = None) -> None:
+        """The job is over. Raises LeaseLost."""
+        await self.write({"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **_NOBODY})
+        await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
+
+    async def put_back(self, values: dict[str, Any]) -> None:
+        """Leave the job to the next dispatcher. Raises LeaseLost."""
+        await self.write({"state": State.QUEUED, **values, **_NOBODY})
+
+
+_NOBODY: dict[str, Any] = {"owner": None, "lease_until": None}

@@ -1,0 +1,74 @@
+"""Which piece each device renders next, round by round until the contract is met. Pure: others render and merge."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from woodcock.contract import Piece, next_round
+from woodcock.film import Film
+from woodcock.pace import Pace, fit
+from woodcock.scene import Scene, SecondsStop
+from woodcock_server.ranges import Pool, share
+
+#: Pieces that a device has at a time: it renders one while the other waits.
+AT_A_TIME = 2
+
+
+class Rounds:
+    """A round ends when all of its pieces are merged: only then does the film tell what the next one should hold.
+
+    over: the contract is met.
+    """
+
+    def __init__(self, scene: Scene, devices: Sequence[str], film: Film | None) -> None:
+        """film: of former attempts."""
+        self._stop, self._pixels = scene.stop, scene.film.width * scene.film.height
+        self._paces = {device: Pace() for device in devices}
+        self._with: dict[str, list[Piece]] = {device: [] for device in devices}
+        self._unmerged = 0
+        self._begun = film is not None
+        self.begin(film)
+
+    def begin(self, film: Film | None) -> None:
+        """The next round."""
+        pieces = next_round(self._stop, film)
+        self._pool = Pool(pieces, self._pixels)
+        self.over = not pieces
+
+    def take(self, device: str, seconds: float) -> Piece | None:
+        """The device's next piece; None for none now. seconds: rendering time so far."""
+        if not self._pool.left or len(self._with[device]) == AT_A_TIME:
+            return None
+        if (count := self._count(device, seconds)) == 0:
+            return None
+        piece = self._pool.take(count)
+        self._begun = True
+        self._unmerged += 1
+        self._with[device].append(piece)
+        return piece
+
+    def _count(self, device: str, seconds: float) -> int:
+        """Samples of the next piece."""
+        pace = self._paces[device]
+        if not isinstance(self._stop, SecondsStop):
+            return share(pace, self._pool, sum(other.rate for other in self._paces.values()))
+        ahead = sum((piece.stop - piece.start) * piece.width(self._pixels) for piece in self._with[device])
+        if pace.rate == 0 and ahead:  # One sample tells how long a second would take.
+            return 0
+        left = self._stop.seconds - seconds - (ahead / pace.rate if ahead else 0.0)
+        return fit(pace, left, nothing_yet=not self._begun, pixels=self._pool.pixels)
+
+    def rendered(self, device: str, seconds: float) -> None:
+        """The first of the pieces that the device has is done; it took so long."""
+        piece = self._with[device].pop(0)
+        self._paces[device].measured(piece.stop - piece.start, seconds, piece.width(self._pixels))
+
+    def merged(self) -> bool:
+        """Another piece is in the film. Has the round ended?"""
+        self._unmerged -= 1
+        return not (self._unmerged or self._pool.left)
+
+    @property
+    def timed_out(self) -> bool:
+        """Of a device that gets no piece and has none: is this for want of time? Otherwise others render the rest."""
+        return self._pool.left > 0

@@ -22,14 +22,18 @@ from woodcock_client.models import (
     StabilityRow,
     Volume,
 )
+from woodcock_client.trial_models import Comparison, DeviceForecast, JobCheck
 
 __all__ = [
     "Artifact",
     "Client",
+    "Comparison",
     "Device",
+    "DeviceForecast",
     "FieldError",
     "Grid",
     "Job",
+    "JobCheck",
     "JobSummary",
     "Links",
     "ServiceError",

@@ -11,9 +11,11 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from woodcock.scene import SceneError, load
+from woodcock_client import trials
 from woodcock_client.client import Client, ServiceError, Unreachable
 from woodcock_client.models import JobSummary
 from woodcock_client.progress import show
+from woodcock_client.trial_models import Comparison
 
 #: What a command needs beyond the client: the extra of the `woodcock` package that brings it.
 EXTRAS = {
@@ -22,6 +24,7 @@ EXTRAS = {
     "schema": "render",
     "stability": "render,pocl",
     "import": "render",
+    "compare": "render,pocl",
     "serve": "server,pocl",
 }
 
@@ -54,6 +57,12 @@ Watch it until it is done:
 \b
 Fetch the picture (cloud.exr) and the report (cloud.report.json):
   woodcock submit cloud.json --follow -o cloud.exr
+\b
+Ask how long it would take, and queue nothing:
+  woodcock submit cloud.json --check
+\b
+Find the best estimator, each for half a minute (`woodcock compare` does that without a service):
+  woodcock submit cloud.json --vary majorant=global,grid --seconds 30 --follow
 \b
 Use another service:
   woodcock submit cloud.json --server http://farm:8000
@@ -165,6 +174,22 @@ def submit(
             metavar="ID", help="Render on this device alone, even if it failed its stability check; any: all trusted."
         ),
     ] = "any",
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            metavar="REF", help="Hold the picture against this one: an EXR here, or the id of a job that has succeeded."
+        ),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Queue nothing; say what it would take, by a pilot of some seconds.")
+    ] = False,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FIELD=KIND,KIND", help="Compare variants: a field and the kinds to try; may be repeated."
+        ),
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="With --vary: rendering time of every variant.")] = 10.0,
     server: Annotated[
         str, typer.Option(metavar="URL", envvar="WOODCOCK_SERVER", help="Address of the service.")
     ] = "http://127.0.0.1:8000",
@@ -174,13 +199,28 @@ def submit(
         _fail(f"-o {output}: the name must end in .exr", BAD_INPUT)
     if output is not None and not output.parent.is_dir():
         _fail(f"-o {output}: {output.parent} is not a folder", BAD_INPUT)
+    if ((check or vary) and output is not None) or (check and vary):
+        _fail("--check, --vary and -o exclude each other", BAD_INPUT)
+    try:
+        varied = trials.choices(vary or [])
+    except ValueError as error:
+        _fail(str(error), BAD_INPUT)
     try:
         client = Client(server)
     except ValueError as error:
         _fail(f"--server: {error}", BAD_INPUT)
 
     with client:
-        job = client.submit(load(scene), name=scene.stem if name is None else name, device=device)
+        described, title = load(scene), scene.stem if name is None else name
+        if check:
+            trials.print_check(client.check(described, device=device))
+            return
+        if varied:
+            named = _reference(client, reference)
+            made = client.compare(described, varied, seconds, name=title, device=device, reference=named)
+            _compare(client, made, follow)
+            return
+        job = client.submit(described, name=title, device=device, reference=_reference(client, reference))
         page = f"{client.base_url}/renders/{job.id}"
         typer.echo(page)
         if not follow and output is None:
@@ -195,6 +235,28 @@ def submit(
             _fail(f"the render failed: {sentence}", FAILED)
         if output is not None:
             _save(client, end, output)
+
+
+def _compare(client: Client, made: Comparison, follow: bool) -> None:
+    page = f"{client.base_url}{made.links.self}"
+    typer.echo(page)
+    if not follow:
+        return
+    try:
+        end = trials.wait(client, made)
+    except KeyboardInterrupt:
+        _fail(f"interrupted; the renders go on at {page}", INTERRUPTED)
+    if end.verdict is None:
+        faults = (f"{job.label}: {job.error}" for job in end.jobs if job.error)
+        _fail(f"the comparison failed: {next(faults, 'fewer than two pictures are there')}", FAILED)
+    typer.echo(end.verdict.says)
+    if end.links.report is not None:
+        typer.echo(f"{client.base_url}{end.links.report}")
+
+
+def _reference(client: Client, named: str | None) -> str | None:
+    """The id of a job or an upload; a file is uploaded."""
+    return client.upload(Path(named)).id if named and named.lower().endswith(".exr") else named
 
 
 def _save(client: Client, job: JobSummary, output: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from http import HTTPStatus
 from pathlib import Path
@@ -29,8 +29,9 @@ from woodcock_client.models import (
     State,
     Volume,
 )
+from woodcock_client.trial_models import Comparison, JobCheck
 
-Artifact = Literal["image.exr", "preview.png", "report.json"]
+Artifact = Literal["image.exr", "preview.png", "report.json", "report.html"]
 Model = TypeVar("Model", bound=BaseModel)
 
 PAGE = 100  # jobs per request of a listing
@@ -86,16 +87,57 @@ class Client:
 
     # Jobs
 
-    def submit(self, scene: Scene, *, name: str = "", device: str = "any") -> Job:
+    def submit(self, scene: Scene, *, name: str = "", device: str = "any", reference: str | None = None) -> Job:
         """Queue a render; files named by a path are uploaded first, unless the service already has them.
 
-        `device` is the id of the one that is to render it alone, even if it is not trusted. Returns once the service
-        has committed the job. Raises SceneError if a file cannot be read.
+        `device` is the id of the one that is to render it alone, even if it is not trusted. `reference` is a picture of
+        the same size that this one is held against: the id of a job that has succeeded, or of an `upload`. Returns once
+        the service has committed the job. Raises SceneError if a file cannot be read.
         """
-        uploaded = {file: self._upload_for(file) for file in files(scene) if not file.startswith("sha256:")}
-        scene = with_files(scene, lambda file: uploaded.get(file, file))
-        body = {"scene": scene.model_dump(mode="json"), "name": name, "device": device}
+        body = {"scene": self._sent(scene), "name": name, "device": device, "reference": reference}
         return self._read(Job, self._request("POST", "/api/v1/jobs", json=body))
+
+    def check(self, scene: Scene, *, device: str = "any") -> JobCheck:
+        """A dry run: what would be compiled, which devices it fits, how long it would render. Takes some seconds.
+
+        Files are uploaded as by `submit`; nothing is queued.
+        """
+        body = {"scene": self._sent(scene), "device": device}
+        return self._read(JobCheck, self._request("POST", "/api/v1/jobs/check", json=body))
+
+    def compare(
+        self,
+        scene: Scene,
+        vary: Mapping[str, Sequence[str]],
+        seconds: float,
+        *,
+        name: str = "",
+        device: str = "any",
+        reference: str | None = None,
+    ) -> Comparison:
+        """Queue a job for each variant of a scene, each of so many seconds, one after the other on one device.
+
+        `vary` has the kinds to try of `majorant`, `free_flight`, `transmittance` or `integrator`; files, `device` and
+        `reference` are as `submit` has them.
+        """
+        body = {
+            "scene": self._sent(scene),
+            "vary": {field: list(kinds) for field, kinds in vary.items()},
+            "seconds": seconds,
+            "name": name,
+            "device": device,
+            "reference": reference,
+        }
+        return self._read(Comparison, self._request("POST", "/api/v1/comparisons", json=body))
+
+    def comparison(self, id: str) -> Comparison:
+        """The comparison as it is now; with its verdict, once all of its jobs have ended."""
+        return self._read(Comparison, self._request("GET", f"/api/v1/comparisons/{quote(id, safe='')}"))
+
+    def _sent(self, scene: Scene) -> dict[str, Any]:
+        """The scene with its files uploaded."""
+        uploaded = {file: self._upload_for(file) for file in files(scene) if not file.startswith("sha256:")}
+        return with_files(scene, lambda file: uploaded.get(file, file)).model_dump(mode="json")
 
     def job(self, id: str) -> Job:
         """The job as it is now, with its scene."""

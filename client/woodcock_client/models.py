@@ -27,6 +27,7 @@ class Links(Answer):
     image: str | None = None
     preview: str | None = None
     report: str | None = None
+    report_page: str | None = None
 
 
 class JobSummary(Answer):
@@ -36,8 +37,8 @@ class JobSummary(Answer):
     error of a pixel's luminance (root mean square over the picture, in the scene's unit of radiance), and
     `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated. Where
     `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
-    `device` is the one that was asked for, or "any"; `devices` have rendered it. `waiting` says why a queued job would
-    not be rendered even if no other were before it.
+    `device` is the one that was asked for, or "any"; `devices` have rendered it. `reference` is what its picture is
+    held against, if anything. `waiting` says why a queued job would not be rendered even if no other were before it.
     """
 
     id: str
@@ -57,6 +58,7 @@ class JobSummary(Answer):
     relative_rmse: float | None = None
     device: str = "any"
     devices: tuple[str, ...] = ()
+    reference: str | None = None
     integrator: str | None = None
     error: str | None = None
     links: Links

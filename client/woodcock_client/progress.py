@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from woodcock.scene import SamplesStop
+from woodcock.scene import RelativeErrorStop, SamplesStop
 from woodcock_client.models import JobSummary
 
 STEP = 0.1  # of the way to the target, between plain lines
@@ -54,6 +54,8 @@ def samples(job: JobSummary) -> str:
     """Samples per pixel, against the target where the target counts them."""
     if isinstance(job.target, SamplesStop):
         return f"{job.samples} / {job.target.samples} samples"
+    if isinstance(job.target, RelativeErrorStop):
+        return f"{job.samples} samples to an error of {job.target.relative_error:.2%}"
     return f"{job.samples} samples in {job.seconds:.1f} / {job.target.seconds:g} s"
 
 

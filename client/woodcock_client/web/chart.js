@@ -1,6 +1,7 @@
-// Estimated error against rendering time, both logarithmic: a sound render falls along the dashed slope of −1/2.
+// Error against rendering time, both logarithmic: a sound render falls along the dashed slope of −1/2. Beside the estimate
+// the true error, where there is a reference.
 
-import { duration, number } from "./format.js";
+import { duration, number, samples } from "./format.js";
 import { html } from "./html.js";
 
 const WIDTH = 340;
@@ -32,11 +33,12 @@ export function ErrorChart({ series }) {
   const points = series.filter(({ seconds, rmse }) => seconds > 0 && rmse > 0);
   if (points.length < 2) return null;
   const x = scale(points.map((p) => p.seconds), EDGE.left, WIDTH - EDGE.right);
-  const y = scale(points.map((p) => p.rmse), HEIGHT - EDGE.bottom, EDGE.top);
+  const truth = points.filter(({ against }) => against?.mse > 0).map((p) => ({ ...p, rmse: Math.sqrt(p.against.mse) }));
+  const y = scale([...points, ...truth].map((p) => p.rmse), HEIGHT - EDGE.bottom, EDGE.top);
   const first = points[0];
   const last = points[points.length - 1];
   const ideal = last.rmse * Math.sqrt(last.seconds / first.seconds);
-  const path = points.map((p, i) => `${i ? "L" : "M"}${x.at(p.seconds).toFixed(1)} ${y.at(p.rmse).toFixed(1)}`).join("");
+  const path = (line) => line.map((p, i) => `${i ? "L" : "M"}${x.at(p.seconds).toFixed(1)} ${y.at(p.rmse).toFixed(1)}`).join("");
   const said = `The error fell from ${number(first.rmse)} after ${duration(first.seconds)} to ${number(last.rmse)} after ${duration(last.seconds)}.`;
   return html`
     <section>
@@ -59,16 +61,23 @@ export function ErrorChart({ series }) {
         `)}
         <g clip-path="url(#plot)">
           <line class="ideal" x1=${x.at(first.seconds)} y1=${y.at(ideal)} x2=${x.at(last.seconds)} y2=${y.at(last.rmse)} />
-          <path class="curve" d=${path} />
+          <path class="curve" d=${path(points)} />
+          ${truth.length > 0 && html`<path class="curve truth" d=${path(truth)} />`}
           ${points.map((p) => html`
             <circle key=${p.seconds} cx=${x.at(p.seconds)} cy=${y.at(p.rmse)} r="2.5">
-              <title>${`${number(p.rmse)} after ${duration(p.seconds)}, ${p.samples} samples`}</title>
+              <title>${`${number(p.rmse)} after ${duration(p.seconds)}, ${samples(p.samples)}`}</title>
             </circle>
+          `)}
+          ${truth.map((p) => html`
+            <rect class="truth" key=${p.seconds} x=${x.at(p.seconds) - 2} y=${y.at(p.rmse) - 2} width="4" height="4">
+              <title>${`${number(p.rmse)} off the reference after ${duration(p.seconds)}, ${samples(p.samples)}`}</title>
+            </rect>
           `)}
         </g>
       </svg>
       <p class="explain">
         Estimated error of a pixel, in the scene’s unit of radiance. Dashed: the 1/√t that independent samples promise.
+        ${truth.length > 0 && html` <span class="truth">■</span> How far it is off the reference.`}
       </p>
     </section>
   `;

@@ -2,7 +2,7 @@
 
 import { Cautions, Certificate } from "./certificate.js";
 import { ErrorChart } from "./chart.js";
-import { count, duration, isDeterministic, moment, number, percent, samples, target } from "./format.js";
+import { brief, count, duration, isDeterministic, moment, number, percent, samples, target } from "./format.js";
 import { html } from "./html.js";
 
 export function Facts({ job, report, devices }) {
@@ -15,8 +15,13 @@ export function Facts({ job, report, devices }) {
       <h2>Facts</h2>
       <dl class="table">
         <${Fact} name="Size">${`${job.width} × ${job.height} pixels`}<//>
-        <${Fact} name="Stops after">${target(job)}<//>
-        <${Fact} name="Samples">${`${count(job.samples)} per pixel`}<//>
+        <${Fact} name=${job.target.kind === "relative_error" ? "Stops at" : "Stops after"}>${target(job)} ${report?.contract && html`<${Kept} contract=${report.contract} />`}<//>
+        <${Fact} name="Samples">${`${count(job.samples)} per pixel`} ${report?.mean_samples < job.samples && html`<span class="fact">${`at most, ${number(report.mean_samples)} on average`}</span>`}<//>
+        ${typeof report?.slope?.slope === "number" && html`<${Fall} slope=${report.slope} />`}
+        ${typeof report?.efficiency === "number" &&
+        html`<${Fact} name="Efficiency">${number(report.efficiency)} <span class="fact">1 / (variance × seconds)</span><//>`}
+        ${report?.against && html`<${Against} against=${report.against} mean=${report.mean_luminance} />`}
+        ${job.reference && html`<${Fact} name="Reference">${brief(job.reference)}<//>`}
         <${Fact} name="Seed">${seed}<//>
         ${job.integrator &&
         html`<${Fact} name="Integrator">${job.integrator} <span class="fact">${isDeterministic(job) ? "without random numbers" : "by random paths"}</span><//>`}
@@ -34,12 +39,34 @@ export function Facts({ job, report, devices }) {
     </section>
     ${certificate && html`<${Certificate} certificate=${certificate} />`}
     ${report?.devices?.[0]?.media?.length > 0 && html`<${Media} media=${report.devices[0].media} />`}
-    ${report?.seconds && html`<${Times} seconds=${report.seconds} />`}
+    ${report?.seconds && html`<${Times} seconds=${report.seconds} utilisation=${report.utilisation} />`}
     ${report?.kinds && html`<${Kinds} kinds=${report.kinds} />`}
   `;
 }
 
 const Fact = ({ name, children }) => html`<div><dt>${name}</dt><dd>${children}</dd></div>`;
+
+const Kept = ({ contract: { kind, met, reached } }) => {
+  const error = kind === "relative_error" && typeof reached === "number" ? `reached ${percent(reached)}` : "";
+  return html`<span class="fact">${met ? error || "kept" : `not kept${error && `: ${error}`}`}</span>`;
+};
+
+// How the error fell with time: its exponent, which is -1/2 where samples are independent.
+const Fall = ({ slope: { slope, low, high, verdict } }) => {
+  const sign = (x) => `${x < 0 ? "−" : ""}${Math.abs(x).toFixed(2)}`;
+  const band = typeof low === "number" && typeof high === "number" ? `, ${sign(low)} to ${sign(high)} with 95 %` : "";
+  return html`<${Fact} name="Error falls as">t<sup>${sign(slope)}</sup> <span class="fact">${verdict}${band}</span><//>`;
+};
+
+// The picture against its reference: how far a pixel is off, and the mean of all of them.
+const Against = ({ against: { mse, bias, bias_error: error, flip }, mean }) => {
+  const share = (value) => (mean > 0 ? percent(value / mean) : number(value));
+  const said = [
+    `mean off by ${share(bias)}${typeof error === "number" ? ` ± ${share(error)}` : ""}`,
+    typeof flip === "number" && `ꟻLIP ${number(flip)}`,
+  ];
+  return html`<${Fact} name="True error">${share(Math.sqrt(Math.max(0, mse)))} <span class="fact">${said.filter(Boolean).join(", ")}</span><//>`;
+};
 
 const STABILITY = {
   failed: "failed its stability check",
@@ -92,7 +119,7 @@ function Medium({ medium }) {
   `;
 }
 
-function Times({ seconds }) {
+function Times({ seconds, utilisation }) {
   const parts = Object.entries(seconds).filter(([, each]) => typeof each === "number" && each >= 0);
   const sum = parts.reduce((total, [, each]) => total + each, 0);
   if (!(sum > 0)) return null;
@@ -105,6 +132,7 @@ function Times({ seconds }) {
       <dl class="table split-key">
         ${parts.map(([name, each]) => html`<${Fact} key=${name} name=${name}>${duration(each)}<//>`)}
       </dl>
+      ${typeof utilisation === "number" && html`<p class="explain">${`Devices were rendering for ${percent(utilisation)} of their time; meanwhile what they sent was merged, checked and written.`}</p>`}
     </section>
   `;
 }

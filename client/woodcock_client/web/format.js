@@ -47,16 +47,21 @@ export const title = (job) => job.name || "Untitled";
 // The seconds that were asked for, as they were: 6 s, not 6.0 s.
 const limit = ({ target: { seconds } }) => (seconds < 60 ? `${number(seconds)} s` : duration(seconds));
 
-export const target = (job) =>
-  job.target.kind === "samples"
-    ? `${samples(job.target.samples)} per pixel`
-    : `${limit(job)} of rendering`;
+const TARGETS = {
+  samples: (job) => `${samples(job.target.samples)} per pixel`,
+  seconds: (job) => `${limit(job)} of rendering`,
+  relative_error: ({ target }) => `an error of ${percent(target.relative_error)}${target.per === "tile" ? " in every tile" : ""}`,
+};
 
-export function progress(job) {
-  return job.target.kind === "samples"
-    ? `${count(job.samples)} of ${target(job)}`
-    : `${duration(job.seconds)} of ${limit(job)}, ${samples(job.samples)} per pixel`;
-}
+export const target = (job) => TARGETS[job.target.kind](job);
+
+const PROGRESS = {
+  samples: (job) => `${count(job.samples)} of ${target(job)}`,
+  seconds: (job) => `${duration(job.seconds)} of ${limit(job)}, ${samples(job.samples)} per pixel`,
+  relative_error: (job) => `${samples(job.samples)} per pixel, down to ${target(job)}`,
+};
+
+export const progress = (job) => PROGRESS[job.target.kind](job);
 
 // Is it computed without random numbers? Not known before a device has prepared it.
 export const isDeterministic = (job) => ["transmittance", "emission_absorption"].includes(job.integrator);

@@ -53,6 +53,7 @@ export function Render({ id }) {
       <div class="side">
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
         <${Progress} job=${job} report=${report} />
+        ${report?.contract && job.links.report_page && html`<p><a class="button" href=${job.links.report_page}>Report page <span class="fact">error, pictures of it</span></a></p>`}
         <${Downloads} job=${job} />
         <${Facts} job=${job} report=${report} devices=${devices} />
       </div>

@@ -15,7 +15,7 @@ help:
 	@echo 'make test-slow   statistical and long tests'
 	@echo 'make calibrate   statistical tests with fresh seeds: are their p-values uniform? (SEED=text: those of an earlier run)'
 	@echo 'make mutants     deliberate bugs, one at a time: do the tests notice? (half an hour; SINS="word ...": some of them)'
-	@echo 'make studies     the pages of kernels/studies and their figures, written anew'
+	@echo 'make studies     the pages of kernels/studies and their figures, written anew (DATA=folder: of larger scenes too)'
 	@echo 'make bench       timings'
 	@echo 'make clean       remove what the others made, the pictures in demo/ too'
 
@@ -42,6 +42,8 @@ mutants: .venv/installed-test
 
 studies: .venv/installed-test
 	$(BIN)/python -m studies.stiff_ode
+	$(BIN)/python -m studies.error_against_time
+	$(BIN)/python -m studies.estimators $(if $(DATA),--data '$(DATA)')
 
 bench: .venv/installed-test
 	$(BIN)/python -m pytest -m benchmark -s

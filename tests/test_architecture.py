@@ -41,7 +41,7 @@ PREFIXES = {
 SHARED = {
     "camera": re.compile(r"pose\.py"),
     "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|media|text)\.py"),
-    "majorant": re.compile(r"(global_)?walk\.h"),
+    "majorant": re.compile(r"(global_)?walk\.h|(global|grid)_(ahead|cells|control)\.h|(choice|control)\.py"),
     "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
     "surface": re.compile(r"(build|closed|compose|dispatch|emitters|hierarchy|point|traverse)\.(h|py)"),
 }
@@ -96,17 +96,21 @@ def scene_kinds(annotation: Any = Scene) -> set[tuple[str, str]]:
         return set().union(*map(scene_kinds, get_args(annotation)))
     found = set().union(*(scene_kinds(field.annotation) for field in annotation.model_fields.values()))
     if kind := annotation.model_fields.get("kind"):
-        words = re.findall("[A-Z][a-z]*", annotation.__name__)
+        words = re.findall("FreeFlight|[A-Z][a-z]*", annotation.__name__)
         assert "_".join(words[:-1]).lower() == kind.default, annotation
         found.add((words[-1].lower(), kind.default))
     return found
 
 
 def test_kinds_of_the_scene_and_files_are_the_same() -> None:
-    described = {concept for concept, _ in scene_kinds()} - {"stop", "integrator"}  # no kinds of device code
+    tracking = {kind for concept, kind in scene_kinds() if concept in ("freeflight", "transmittance")}
+    # Integrators and stops are no kinds of device code.
+    described = {concept for concept, _ in scene_kinds()} - {"stop", "integrator", "freeflight", "transmittance"}
     in_scene = {(concept, kind) for concept, kind in scene_kinds() if concept in described}
-    assert described == set(PREFIXES) - {"tracking"}  # chosen by the renderer
+    assert described == set(PREFIXES) - {"tracking"}
     assert in_scene == {(concept, kind) for concept, kind in KINDS if concept in described}
+    # Of constant media, which have closed forms, nobody asks.
+    assert tracking == {kind for concept, kind in KINDS if concept == "tracking"} - {"analytic", "exact"}
 
 
 @kinds

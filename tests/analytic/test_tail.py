@@ -70,5 +70,5 @@ def test_collisions_are_as_scarce_as_their_words_say(box: Scene, grid: Grid, one
     for density, expected in ((share * (1 - CLOSE), 1), (share * (1 + CLOSE), 0)):
         values = np.full((1, 1, 8), density, np.float32)
         values[..., 0] = 1  # beside the ray
-        box["volumes"] = [grid(values, scale=20, albedo=0)]
+        box |= {"volumes": [grid(values, scale=20, albedo=0)], "majorant": {"kind": "global"}}
         assert one(box, SCARCE) == expected

@@ -72,7 +72,8 @@ class Service:
         with self.changed:
             id = f"job{len(self.jobs):04}"
             at = f"/api/v1/jobs/{id}"
-            links = {"self": at, "events": f"{at}/events", "image": None, "preview": None, "report": None}
+            absent = dict.fromkeys(("image", "preview", "report", "report_page"))
+            links = {"self": at, "events": f"{at}/events", **absent}
             self.jobs[id] = {
                 "id": id,
                 "name": name,
@@ -91,6 +92,7 @@ class Service:
                 "relative_rmse": None,
                 "device": "any",
                 "devices": [],
+                "reference": None,
                 "integrator": None,
                 "error": None,
                 "links": links,
@@ -127,7 +129,8 @@ class Service:
         self.artifacts[id, "image.exr"] = b"v/1\x01" + bytes(range(256)) * 64
         self.artifacts[id, "report.json"] = json.dumps(report or {}).encode()
         at = f"/api/v1/jobs/{id}"
-        links = {**job["links"], "image": f"{at}/image.exr", "report": f"{at}/report.json"}
+        made = {"image": f"{at}/image.exr", "report": f"{at}/report.json", "report_page": f"{at}/report.html"}
+        links = {**job["links"], **made}
         self.update(id, state="succeeded", fraction=1.0, finished_at=job["created_at"], links=links)
 
 
@@ -206,8 +209,12 @@ class _Handler(BaseHTTPRequestHandler):
                 fault = {"field": "device", "message": "must be any or the id of a device"}
                 self._problem(422, "The job cannot have the device that it asks for.", [fault])
                 return
+            if given["reference"] not in (None, *self.service.jobs, *self.service.volumes):
+                fault = {"field": "reference", "message": "must be the id of a job that has succeeded"}
+                self._problem(422, "The picture cannot be held against this reference.", [fault])
+                return
             id = self.service.add(given["scene"], given["name"])
-            self.service.update(id, device=given["device"])
+            self.service.update(id, device=given["device"], reference=given["reference"])
             self._json(201, self.service.jobs[id])
 
     # Answers

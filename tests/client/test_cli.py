@@ -50,6 +50,40 @@ def test_submit_asks_for_a_device(service: Service, scene_file: Path) -> None:
     assert done.stderr.endswith("device: must be any or the id of a device\n")
 
 
+def test_submit_names_a_reference(service: Service, scene_file: Path, tmp_path: Path) -> None:
+    """A job by its id, a file by uploading it."""
+    assert woodcock("submit", scene_file, "--server", service.url).returncode == 0
+    assert service.jobs["job0000"]["reference"] is None
+    assert woodcock("submit", scene_file, "--reference", "job0000", "--server", service.url).returncode == 0
+    assert service.jobs["job0001"]["reference"] == "job0000"
+    picture = tmp_path / "right.exr"
+    picture.write_bytes(b"a picture")
+    assert woodcock("submit", scene_file, "--reference", picture, "--server", service.url).returncode == 0
+    (uploaded,) = service.volumes
+    assert service.jobs["job0002"]["reference"] == uploaded
+    done = woodcock("submit", scene_file, "--reference", "nothing", "--server", service.url)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith("reference: must be the id of a job that has succeeded\n")
+    done = woodcock("submit", scene_file, "--reference", tmp_path / "none.exr", "--server", service.url)
+    assert (done.returncode, done.stderr) == (1, f"woodcock: {tmp_path / 'none.exr'}: No such file or directory\n")
+
+
+def test_an_error_that_is_asked_for_is_told(service: Service, scene_json: dict[str, Any], tmp_path: Path) -> None:
+    add = service.add
+
+    def rendered(scene: dict[str, Any], name: str = "") -> str:
+        id = add(scene, name)
+        service.advance(id, 64)
+        service.finish(id)
+        return id
+
+    service.add = rendered  # type: ignore[method-assign]
+    path = tmp_path / "box.json"
+    path.write_text(json.dumps({**scene_json, "stop": {"kind": "relative_error", "relative_error": 0.07}}))
+    done = woodcock("submit", path, "--follow", WOODCOCK_SERVER=service.url)
+    assert done.stderr.splitlines()[-1] == "succeeded 100%, 64 samples to an error of 7.00%, error 6.25%, 1.3 s"
+
+
 def test_what_a_render_waits_for_is_told(service: Service, scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     add = service.add
 

@@ -26,7 +26,18 @@ REPORT = {
         ],
     },
     "devices": [{"id": "cpu0", "name": "A processor", "lanes": 8, "samples": 64, "render_seconds": 3.0}],
-    "error": [{"seconds": 0.1 * 4**i, "samples": 4**i, "rmse": 0.2 / 2**i} for i in range(4)],
+    "error": [
+        {"seconds": 0.1 * 4**i, "device_seconds": 0.2 * 4**i, "samples": 4**i, "rmse": 0.2 / 2**i, "against": None}
+        for i in range(4)
+    ],
+    "contract": {"kind": "samples", "asked": 64, "reached": 64, "met": True, "says": "64 of 64 samples."},
+    "slope": {"slope": -0.497, "low": -0.53, "high": -0.47, "verdict": "as expected", "says": "As it should."},
+    "efficiency": 1234.5,
+    "mean_samples": 64.0,
+    "utilisation": 0.93,
+    "mean_luminance": 0.5,
+    "reference": None,
+    "against": None,
 }
 
 
@@ -63,6 +74,84 @@ def test_a_render_shows_its_progress_and_then_its_report(
     expect(page.locator("code")).to_have_text("9f3c2a77b1e0")
     expect(page.get_by_text("perspective")).to_be_visible()
     expect(page.get_by_role("img", name="The error fell from 0.2 after 0.1 s to 0.025 after 6.4 s.")).to_be_visible()
+
+
+def test_a_report_tells_how_the_error_fell(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "told")
+    service.advance(id, 64)
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".numbers")).to_have_text("64 of 64 samples per pixel")
+    assert page.locator("a", has_text="Report page").count() == 0
+    service.finish(id, REPORT)
+    expect(page.get_by_role("link", name="Report page")).to_have_attribute("href", f"/api/v1/jobs/{id}/report.html")
+    assert fact(page, "Stops after") == "64 samples per pixel kept"
+    assert fact(page, "Samples") == "64 per pixel"
+    assert fact(page, "Error falls as") == "t−0.50 as expected, −0.53 to −0.47 with 95 %"
+    assert fact(page, "Efficiency") == "1 235 1 / (variance × seconds)"
+    expect(page.get_by_text("Devices were rendering for 93 % of their time")).to_be_visible()
+    assert page.locator(".truth, .caution .slope").count() == 0
+    assert page.get_by_text("True error").count() == 0
+
+
+def test_a_relative_error_is_shown_with_what_was_reached(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    id = service.add({**scene_json, "stop": {"kind": "relative_error", "relative_error": 0.02, "per": "tile"}}, "tiles")
+    service.advance(id, 32)
+    page.goto(service.url)
+    expect(page.locator(".card")).to_contain_text("tiles")
+    page.locator(".card").click()
+    expect(page.locator(".numbers")).to_have_text("32 samples per pixel, down to an error of 2 % in every tile")
+    assert fact(page, "Stops at") == "an error of 2 % in every tile"
+    missed = {"kind": "relative_error", "asked": 0.02, "reached": 0.0312, "met": False, "says": "More was asked for."}
+    unknown = {"slope": None, "low": None, "high": None, "verdict": "not known", "says": ""}
+    service.advance(id, 64)
+    service.finish(id, {**REPORT, "contract": missed, "slope": unknown, "efficiency": None, "mean_samples": 40.25})
+    expect(page.locator(".table").first).to_contain_text("not kept: reached 3.12 %")
+    assert fact(page, "Samples") == "64 per pixel at most, 40.3 on average"
+    assert page.get_by_text("Error falls as").count() == page.get_by_text("Efficiency").count() == 0
+    service.artifacts[id, "report.json"] = json.dumps(
+        {**REPORT, "contract": {**missed, "met": True, "reached": 0.0199}}
+    ).encode()
+    page.reload()
+    expect(page.locator(".table").first).to_contain_text("an error of 2 % in every tile reached 1.99 %")
+
+
+def test_a_picture_is_shown_against_its_reference(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "held against")
+    service.advance(id, 64)
+    service.update(id, reference=f"sha256:{'0123456789abcdef' * 4}")
+    against = {"mse": 0.0004, "rel_mse": 0.01, "smape": 0.02, "bias": -0.001, "bias_error": 0.0005, "flip": 0.031}
+    points = [{**point, "against": {**against, "mse": 0.04 / 4**i}} for i, point in enumerate(REPORT["error"])]  # type: ignore[call-overload]
+    points[0]["against"] = None  # a point of before is none of the curve's
+    service.finish(id, {**REPORT, "error": points, "reference": "right.exr", "against": against})
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".table").first).to_contain_text("sha256:01234567…")
+    assert fact(page, "True error") == "4 % mean off by -0.2 % ± 0.1 %, ꟻLIP 0.031"
+    expect(page.locator(".chart rect.truth")).to_have_count(3)
+    expect(page.locator(".chart circle")).to_have_count(4)
+    centre = "all => all.map(one => one.getBBox()).map(box => [box.x + box.width / 2, box.y + box.height / 2])"
+    estimated, true = (page.locator(f".chart {mark}").evaluate_all(centre) for mark in ("circle", "rect.truth"))
+    assert true == [pytest.approx(at) for at in estimated[1:]], "the two are equal"
+    expect(page.get_by_text("How far it is off the reference.")).to_be_visible()
+
+
+def test_a_report_of_before_is_shown_as_it_was(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    """It knows of no contract, and there is no page of it."""
+    id = service.add(scene_json, "old")
+    service.advance(id, 64)
+    new = ("contract", "slope", "efficiency", "mean_samples", "utilisation", "reference", "against")
+    service.finish(id, {key: value for key, value in REPORT.items() if key not in new})
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.get_by_role("heading", name="Error over time")).to_be_visible()
+    assert fact(page, "Stops after") == "64 samples per pixel"
+    assert page.get_by_role("link", name="Report page").count() == 0
+
+
+def fact(page: Page, name: str) -> str:
+    """What the first table says under this name."""
+    row = page.locator(".table").first.locator("> div").filter(has=page.locator("dt", has_text=re.compile(f"^{name}$")))
+    return " ".join(row.locator("dd").inner_text().replace("\n", " ").split(" "))
 
 
 def test_a_picture_without_noise_shows_its_bound(service: Service, page: Page, scene_json: dict[str, Any]) -> None:

@@ -12,6 +12,8 @@ import pytest
 from woodcock.batches import Batches
 from woodcock.certificate import Line, certify
 from woodcock.checks import Check
+from woodcock.contract import Contract
+from woodcock.convergence import Slope, Verdict
 from woodcock.drift import Drift
 from woodcock.faults import Faults
 from woodcock.film import Film
@@ -39,13 +41,28 @@ def film(launches: int = 8, seed: int = 1, shared: float = 0.0, height: int = 48
         own = random.standard_normal((SAMPLES, height, width, 1)) + shared * random.standard_normal()
         mean, start = own.mean(axis=0) + 2, launch * SAMPLES
         m2 = ((own - own.mean(axis=0)) ** 2).sum(axis=0)
+        batches = Batches(1, 0.0, SAMPLES, float(mean.mean()))
         count = np.full((height, width), SAMPLES, np.uint32)
-        whole = whole.merge(Film(count, mean, m2, ("Y",), ((start, start + SAMPLES),), batches=Batches(1)))
+        whole = whole.merge(Film(count, mean, m2, ("Y",), ((start, start + SAMPLES),), batches=batches))
     return whole
 
 
-def line(name: str, picture: Film, *uses: Use, orders: dict[str, Any] | None = None) -> Line:
-    found = certify(picture, uses or (use(),), orders)
+CONTRACT: Contract = {"kind": "samples", "asked": 512, "reached": 512, "met": True, "says": "512 of 512 samples."}
+SLOPE: Slope = {
+    "slope": -0.5, "low": -0.6, "high": -0.4, "expected": -0.5, "points": 8, "verdict": "as expected",
+    "says": "The error falls.", "against": None,
+}  # fmt: skip
+
+
+def line(
+    name: str,
+    picture: Film,
+    *uses: Use,
+    orders: dict[str, Any] | None = None,
+    slope: Slope = SLOPE,
+    contract: Contract = CONTRACT,
+) -> Line:
+    found = certify(picture, uses or (use(),), orders, slope, contract)
     json.dumps(found, allow_nan=False)
     (one,) = (each for each in found["lines"] if each["name"] == name)
     assert (name in found["failed"]) == (one["status"] == "failed")
@@ -70,8 +87,45 @@ def test_launches_that_differ_too_much_fail() -> None:
     assert "not independent" in said["says"]
 
 
+@pytest.mark.parametrize(
+    ("verdict", "status"), [("as expected", "passed"), ("flagged", "failed"), ("not known", "not checked")]
+)
+def test_convergence_is_the_verdict_on_the_slope(verdict: Verdict, status: str) -> None:
+    said = line("convergence", film(), slope={**SLOPE, "verdict": verdict})
+    assert (said["status"], said["says"]) == (status, "The error falls.")
+    assert said["values"] == {"slope": -0.5, "low": -0.6, "high": -0.4, "expected": -0.5, "points": 8}
+
+
+def test_nothing_converges_without_noise() -> None:
+    still = replace(film(), bound=np.ones((48, 40, 1)))
+    assert line("convergence", still, slope={**SLOPE, "verdict": "not known"})["status"] == "stated"
+
+
+@pytest.mark.parametrize(
+    ("met", "reached", "status"), [(True, 512, "passed"), (False, 511, "failed"), (False, None, "not checked")]
+)
+def test_a_contract_is_met_or_missed(met: bool, reached: float | None, status: str) -> None:
+    said = line("contract", film(), contract={**CONTRACT, "met": met, "reached": reached})
+    assert (said["status"], said["values"]) == (status, {"kind": "samples", "asked": 512, "reached": reached})
+
+
 def test_one_launch_tells_nothing() -> None:
     assert line("standard error", film(launches=1))["status"] == "not checked"
+
+
+def test_launches_are_compared_with_pixels_that_have_more_samples() -> None:
+    """Nine in ten pixels have a hundred times the samples: launches know nothing of it, and still agree."""
+    whole = film(launches=60)
+    more = np.ones((48, 40), np.uint32)
+    more[:, 4:] = 100
+    m2 = whole.m2 * (whole.count * more - 1)[..., None] / (whole.count - 1)[..., None]
+    said = line("standard error", replace(whole, count=whole.count * more, m2=m2))
+    assert said["status"] == "passed"
+    assert said["values"]["by_variances"] == pytest.approx((60 * SAMPLES * 48 * 40 / 0.109) ** -0.5, rel=0.01)
+    assert said["values"]["by_launches"] == pytest.approx(said["values"]["by_variances"], rel=0.3)
+    shared = film(shared=0.01)
+    m2 = shared.m2 * (shared.count * more - 1)[..., None] / (shared.count - 1)[..., None]
+    assert line("standard error", replace(shared, count=shared.count * more, m2=m2))["status"] == "failed"
 
 
 def test_batches_do_not_depend_on_the_order_of_merging() -> None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.statistics import accept_z
 
+from woodcock import metrics
 from woodcock.image import read_exr
+from woodcock.report_schema import Report
 
 
 def woodcock(*arguments: object) -> subprocess.CompletedProcess[str]:
@@ -29,7 +33,7 @@ def test_render_writes_picture_and_report(scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
     done = woodcock("render", scene, "-o", out)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == [str(out), str(tmp_path / "out.report.json")]
+    assert done.stdout.split() == [str(tmp_path / f"out.{suffix}") for suffix in ("exr", "report.json", "report.html")]
     layers, header = read_exr(out)
     assert (layers["samples.count"] == 37).all()
     assert json.loads(header["scene"])["seed"] == 7
@@ -38,9 +42,13 @@ def test_render_writes_picture_and_report(scene: Path, tmp_path: Path) -> None:
     assert report["samples"] == report["error"][-1]["samples"] == 37
     assert report["certificate"]["failed"] == []
     assert "rounding" not in report["certificate"]["not_checked"]
-    assert set(report["seconds"]) == {"read", "build", "upload", "render", "check", "write"}
+    assert set(report["seconds"]) == {"read", "build", "upload", "render", "merge", "check", "write"}
     assert report["program_hash"] == header["programHash"]
     assert report["kinds"]["volume"] == ["constant"]
+    Report.model_validate(report)
+    assert 0 < report["utilisation"] <= 1
+    assert float(header["rmse"]) == pytest.approx(report["rmse"])
+    assert float(header["samples"]) == 37
     assert report["rmse"] == pytest.approx(float(layers["variance.Y"].mean()) ** 0.5, rel=1e-5)
 
 
@@ -52,6 +60,54 @@ def test_the_header_renders_the_same_picture_again(scene: Path, tmp_path: Path) 
     assert (read_exr(tmp_path / "two.exr")[0]["Y"] == layers["Y"]).all()
 
 
+def test_a_reference(scene: Path, tmp_path: Path) -> None:
+    """With a seed of its own, of 11 times the samples: what the samples tell is what the reference tells."""
+    described = json.loads(scene.read_text())
+    scene.write_text(json.dumps(described | {"seed": 8, "stop": {"kind": "samples", "samples": 400}}))
+    assert woodcock("render", scene, "-o", tmp_path / "long.exr").returncode == 0
+    scene.write_text(json.dumps(described))
+    done = woodcock("render", scene, "-o", tmp_path / "out.exr", "--reference", tmp_path / "long.exr")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "out.report.json").read_text())
+    Report.model_validate(report)
+    found, mine, long = report["against"], report["rmse"] ** 2, float(read_exr(tmp_path / "long.exr")[1]["rmse"]) ** 2
+    assert report["reference"] == "long.exr"
+    assert found["reference_mse"] == pytest.approx(long, rel=1e-5)
+    # Squares of 1024 normal deviations: their mean is known to 1 / √512.
+    accept_z((found["mse"] / mine - 1) * math.sqrt(512) / (1 + long / mine), exact=False)
+    accept_z(found["bias"] / found["bias_error"], exact=False)
+    if metrics.flip_evaluator is not None:
+        assert 0 < found["flip"] < 0.5
+    assert {key: report["error"][-1]["against"][key] for key in ("mse", "bias")} == {
+        key: found[key] for key in ("mse", "bias")
+    }
+
+
+def test_a_reference_with_the_same_samples_is_not_taken_for_independent(scene: Path, tmp_path: Path) -> None:
+    for name, more in (("one", ()), ("two", ("--reference", tmp_path / "one.exr"))):
+        assert woodcock("render", scene, "-o", tmp_path / f"{name}.exr", *more).returncode == 0
+    report = json.loads((tmp_path / "two.report.json").read_text())
+    assert report["against"]["reference_mse"] is None
+    assert report["against"]["mse"] < 1e-9 * report["rmse"] ** 2
+
+
+def test_bad_references(scene: Path, tmp_path: Path) -> None:
+    described = json.loads(scene.read_text())
+    scene.write_text(json.dumps(described | {"film": {"width": 8, "height": 4}}))
+    assert woodcock("render", scene, "-o", tmp_path / "small.exr").returncode == 0
+    scene.write_text(json.dumps(described))
+    for file, message in (
+        ("small.exr", "--reference small.exr: is 8 × 4 pixels; a reference must be 32 × 32, as the film is"),
+        ("none.exr", "none.exr: No such file or directory"),
+        ("scene.json", "scene.json: is no picture that can be read"),
+    ):
+        done = woodcock("render", scene, "-o", tmp_path / "out.exr", "--reference", tmp_path / file)
+        assert done.returncode == 2
+        assert message in done.stderr
+        assert "Traceback" not in done.stderr
+        assert not (tmp_path / "out.exr").exists()
+
+
 def test_seconds_contract(scene: Path, tmp_path: Path) -> None:
     described = json.loads(scene.read_text())
     described["stop"] = {"kind": "seconds", "seconds": 0.5}
@@ -60,6 +116,27 @@ def test_seconds_contract(scene: Path, tmp_path: Path) -> None:
     report = json.loads((tmp_path / "out.report.json").read_text())
     assert report["samples"] > 1
     assert 0.2 < report["seconds"]["render"] < 2
+
+
+def test_relative_error_contract(scene: Path, tmp_path: Path) -> None:
+    """Of a picture with two empty tiles; and from its header it is rendered again, the same decisions included."""
+    described = json.loads(scene.read_text()) | {"film": {"width": 96, "height": 32}}
+    described["stop"] = {"kind": "relative_error", "relative_error": 0.03, "per": "tile"}
+    scene.write_text(json.dumps(described))
+    done = woodcock("render", scene, "-o", tmp_path / "one.exr")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "one.report.json").read_text())
+    assert report["contract"]["met"]
+    assert 0.02 < report["contract"]["reached"] <= 0.03
+    assert report["certificate"]["failed"] == []
+    layers, header = read_exr(tmp_path / "one.exr")
+    assert report["mean_samples"] == pytest.approx(layers["samples.count"].mean())
+    assert layers["samples.count"].min() < report["mean_samples"] < report["samples"]
+    scene.write_text(header["scene"])
+    assert woodcock("render", scene, "-o", tmp_path / "two.exr").returncode == 0
+    again, _ = read_exr(tmp_path / "two.exr")
+    assert (again["samples.count"] == layers["samples.count"]).all()
+    assert (again["Y"] == layers["Y"]).all()
 
 
 @pytest.mark.parametrize(
@@ -109,3 +186,4 @@ def test_devices_and_schema() -> None:
     assert listed.returncode == 0
     assert "cpu0" in listed.stdout
     assert json.loads(woodcock("schema").stdout)["title"] == "Scene"
+    assert json.loads(woodcock("schema", "report").stdout)["title"] == "Report"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ def film(values: np.ndarray, start: int, bound: np.ndarray | None = None) -> Fil
         names if len(names) > 1 else ("Y",),
         ((start, start + n),),
         FAULTS,
-        Batches(1),
+        Batches(1, 0.0, n, float(mean.mean())),
         bound,
     )
 
@@ -48,6 +49,32 @@ def test_merging_is_the_film_of_all_samples() -> None:
     assert (merged.rejected, merged.violations) == (40, 8)
     assert merged.faults == FAULTS + FAULTS + FAULTS + FAULTS
     assert np.allclose(merged.variance(), values.var(axis=0, ddof=1) / 37)
+
+
+def test_pixels_may_have_different_numbers_of_samples() -> None:
+    """Each has the statistics of its own samples: 16 of the left pixels, 6 of the right ones."""
+    values = np.random.default_rng(9).lognormal(0, 1, (16, 2, 4, 3))
+    left = np.array([True, True, False, False])
+    some = film(values[6:], 6)
+    some = replace(some, count=some.count * left, mean=some.mean * left[:, None], m2=some.m2 * left[:, None])
+    merged = film(values[:6], 0).merge(some)
+    assert merged.samples == 16
+    assert merged.mean_samples == 11
+    assert np.array_equal(merged.count, np.where(left, 16, 6)[None].repeat(2, 0))
+    for own, of in ((left, values[:, :, left]), (~left, values[:6][:, :, ~left])):
+        assert np.allclose(merged.mean[:, own], of.mean(axis=0))
+        assert np.allclose(merged.variance()[:, own], of.var(axis=0, ddof=1) / len(of))
+
+
+def test_deviation_is_the_error_of_one_sample_of_every_pixel() -> None:
+    values = np.random.default_rng(10).exponential(1, (50, 4, 6, 3))
+    one = film(values, 0)
+    assert one.mean_luminance_deviation() == pytest.approx(one.mean_luminance_error() * np.sqrt(50))
+    half = replace(one, count=one.count.copy(), m2=one.m2.copy())
+    half.count[:2] = 5
+    half.m2[:2] *= 4 / 49
+    assert half.mean_luminance_deviation() == pytest.approx(one.mean_luminance_deviation())
+    assert half.mean_luminance_error() > 1.5 * one.mean_luminance_error()
 
 
 def test_no_sample_counts_twice() -> None:

@@ -30,9 +30,12 @@ FORWARD = {"kind": "henyey_greenstein", "g": 0.5}
 SKY = {"kind": "constant", "radiance": 1}
 SUN = {"kind": "directional", "direction": [0, -1, 0], "irradiance": [3, 2, 1]}
 BOX = {"kind": "constant", "shape": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, "sigma_t": 1, "albedo": 0.5}
+ONE_BOUND = {"majorant": {"kind": "global"}}
 SCENES: dict[str, dict[str, Any]] = {
-    "cloud": {"camera": ORTHOGRAPHIC, "volumes": [{"kind": "grid", "file": "x", "albedo": 0.9}], "lights": [SKY]},
-    "sunset": {
+    "cloud": ONE_BOUND
+    | {"camera": ORTHOGRAPHIC, "volumes": [{"kind": "grid", "file": "x", "albedo": 0.9}], "lights": [SKY]},
+    "sunset": ONE_BOUND
+    | {
         "camera": PERSPECTIVE,
         "volumes": [{"kind": "grid", "file": "x", "albedo": [0.9, 0.8, 0.7], "phase": FORWARD}],
         "lights": [SKY, SUN, SUN],
@@ -117,6 +120,18 @@ def test_structs_lie_on_the_device_as_they_are_packed(context: Context, name: st
         body="__constant const struct scene *s = (__constant const struct scene *)zeros;",
     )
     assert got[:, 0].astype(int).tolist() == offsets
+
+
+@scenes
+def test_only_a_contract_that_leaves_pixels_out_takes_a_list_of_them(name: str) -> None:
+    relative = SCENES[name] | {"stop": {"kind": "relative_error", "relative_error": 0.01}}
+    timed = SCENES[name] | {"stop": {"kind": "seconds", "seconds": 1}}
+    plain, listed = (compose(layout_of(scene), 8) for scene in (SCENES[name], relative))
+    assert compose(layout_of(timed), 8) == plain
+    assert (plain.listed, listed.listed) == (False, True)
+    assert "int *pixels" not in plain.text
+    assert len(listed.text) < len(plain.text) + 100
+    assert listed.text.replace(", __global const int *pixels", "").count("pixels,") == plain.text.count("pixels,") + 1
 
 
 def test_flatten_marks_every_line(tmp_path: Path) -> None:

@@ -1,4 +1,7 @@
-"""Free flights (analytic, delta) and transmittances (exact, ratio), in a medium of one density below its majorant."""
+"""Free flights (analytic, delta) and transmittances (exact, ratio), in a medium of one density below its majorant.
+
+Those that only the full loop has (decomposition; residual_ratio, ray_marching): test_estimators.py.
+"""
 
 from __future__ import annotations
 

@@ -68,8 +68,8 @@ SINS = (
     Sin(
         "the mean's error as if channels were independent",
         device("film.py"),
-        'deviation = np.sqrt(self.layer("").variance()) @ weights(self.channels)',
-        'deviation = np.sqrt(self.layer("").variance() @ weights(self.channels) ** 2)',
+        "deviation = np.sqrt(variance) @ weights(self.channels)",
+        "deviation = np.sqrt(variance @ weights(self.channels) ** 2)",
         (f"{FILM}::test_error_of_the_mean_holds_for_channels_that_vary_together",),
     ),
     Sin(
@@ -145,22 +145,8 @@ SINS = (
     Sin(
         "pictures read blue for red",
         device("picture.py"),
-        "index - min(chosen) for index in chosen",
-        "index - min(chosen) for index in reversed(chosen)",
+        "index - first for index in channels",
+        "index - first for index in reversed(channels)",
         ("tests/kernels/test_light_image.py::test_reading",),
-    ),
-    Sin(
-        "the service hands out what is done",
-        "server/woodcock_server/ranges.py",
-        "self._free.append((start, min(first, end)))",
-        "self._free.append((start, end))",
-        ("tests/server/test_ranges.py::test_a_pool_holds_what_is_missing_and_hands_it_out_once",),
-    ),
-    Sin(
-        "the service loses what a range leaves",
-        "server/woodcock_server/ranges.py",
-        "self._free.insert(0, (middle, stop))",
-        "self._free.insert(0, (middle + 1, stop))",
-        ("tests/server/test_ranges.py::test_a_pool_holds_what_is_missing_and_hands_it_out_once",),
     ),
 )

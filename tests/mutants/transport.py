@@ -9,6 +9,7 @@ LAWS = "tests/analytic/test_laws.py"
 FURNACES = "tests/analytic/test_furnaces.py"
 SIMPLE, FULL = device("integrator/volumetric_path.cl"), device("integrator/volumetric_path_full.cl")
 PARTS = "integrator/full/"
+ESTIMATORS, CONTROLS = "tests/kernels/test_estimators.py", "tests/kernels/test_controls.py"
 
 SINS = (
     Sin(
@@ -248,5 +249,68 @@ SINS = (
         "real exact = -expm1(-z);",
         "real exact = 1.f - exp(-z);",
         ("tests/kernels/test_emission_absorption.py::test_isothermal_law_in_a_grid",),
+    ),
+    Sin(
+        "control forgotten in residual ratio tracking",
+        device(f"{PARTS}walks_residual_ratio.h"),
+        "coefficient_channel(control, c) * pick(",
+        "pick(",
+        (f"{ESTIMATORS}::test_walks_and_flights_through_grids",),
+    ),
+    Sin(
+        "control is the largest σ_t of a cell, not the least",
+        device("majorant/control.py"),
+        "extreme(channel, np.minimum)",
+        "extreme(channel, np.maximum)",
+        (f"{CONTROLS}::test_controls_bound_from_below_and_residuals_from_above",),
+    ),
+    Sin(
+        "residual ratio tracking by the whole σ_t",
+        device(f"{PARTS}walks_residual_ratio.h"),
+        "coefficient_pick(sigma_t, control_residual(sigma_t, minorant), event)",
+        "sigma_t",
+        (f"{ESTIMATORS}::test_walks_and_flights_through_grids",),
+    ),
+    Sin(
+        "medium of a decomposed collision by a level that counts the control",
+        device(f"{PARTS}flights_decomposition.h"),
+        "level - control, &other",
+        "level, &other",
+        (f"{ESTIMATORS}::test_walks_and_flights_through_grids",),
+    ),
+    Sin(
+        "series of ray marching not weighed by the chance of its orders",
+        device("tracking/ray_marching.h"),
+        "float weight = 10.f;",
+        "float weight = 1.f;",
+        (f"{ESTIMATORS}::test_the_series_of_ray_marching",),
+    ),
+    Sin(
+        "combs of ray marching not shifted",
+        device(f"{PARTS}walks_ray_marching.h"),
+        "&g->march, unit(w.x))",
+        "&g->march, (real)0.5f)",
+        (f"{ESTIMATORS}::test_walks_and_flights_through_grids",),
+    ),
+    Sin(
+        "pieces of ray marching overlap",
+        device(f"{PARTS}walks_ray_marching.h"),
+        "majorant_step(world, &g->walk, (real)PIECE, next)",
+        "majorant_step(world, &g->walk, (real)(0.5f * PIECE), next)",
+        (f"{ESTIMATORS}::test_deep_walks_through_haze",),
+    ),
+    Sin(
+        "negative samples of ray marching thrown away",
+        device(f"{PARTS}parts.py"),
+        "'(-MAXFLOAT)' if",
+        "'0.f' if",
+        (f"{ESTIMATORS}::test_all_combinations_agree",),
+    ),
+    Sin(
+        "controls trusted where a bound was wrong",
+        device("repair.py"),
+        "_scaled(array, 0.0)",
+        "_scaled(array, 1.0)",
+        (f"{CONTROLS}::test_a_control_too_high_is_found_and_repaired",),
     ),
 )

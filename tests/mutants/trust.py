@@ -40,8 +40,8 @@ SINS = (
     Sin(
         "launches weigh the same, whatever they hold",
         device("batches.py"),
-        "* samples[0] * samples[1] / total",
-        "* samples[0] / total",
+        "apart**2 * share * self.samples",
+        "apart**2 * share",
         (CERTIFICATE,),
     ),
     Sin(
@@ -68,7 +68,7 @@ SINS = (
     Sin(
         "a law is asked of another program",
         device("checks.py"),
-        "if own and not is_own(lay_out(changed, read)):",
+        "if own and not is_own(laid_out(changed, read)):",
         "if False:",
         (f"{CHECKS}::test_nothing_is_said_of_another_program",),
     ),

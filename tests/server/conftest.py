@@ -72,7 +72,7 @@ class Service:
         self.program = prelude + PROGRAM
         self.log = data / "log.txt"
         self.process: subprocess.Popen[str] | None = None
-        self._environment = {**os.environ, "POCL_DEVICES": "pthread basic", **environment}
+        self._environment = {**os.environ, "POCL_DEVICES": "pthread basic", "WOODCOCK_PREPARE": "0", **environment}
 
     def start(self) -> None:
         """Start, on any port that is free, and wait until it is ready."""
@@ -106,8 +106,8 @@ class Service:
                 process.send_signal(sent)
             return process.wait(30)
 
-    def submit(self, scene: dict[str, Any], device: str = "any") -> str:
-        answer = self.http.post("/api/v1/jobs", json={"scene": scene, "device": device})
+    def submit(self, scene: dict[str, Any], device: str = "any", **more: Any) -> str:
+        answer = self.http.post("/api/v1/jobs", json={"scene": scene, "device": device, **more})
         assert answer.status_code == 201, answer.text
         return str(answer.json()["id"])
 

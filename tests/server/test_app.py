@@ -44,9 +44,12 @@ def test_nothing_but_the_gallery_is_served(client: TestClient) -> None:
 def test_the_api_describes_itself(client: TestClient) -> None:
     paths = client.get("/openapi.json").json()["paths"]
     assert set(paths) == {
-        "/api/v1/jobs", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events", "/api/v1/jobs/{id}/image.exr",
-        "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/volumes", "/api/v1/volumes/{id}",
-        "/api/v1/devices", "/api/v1/devices/{id}/stability", "/healthz",
+        "/api/v1/comparisons", "/api/v1/comparisons/{id}", "/api/v1/comparisons/{id}/report.html",
+        "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
+        "/api/v1/jobs/{id}/image.exr",
+        "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/jobs/{id}/report.html",
+        "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
+        "/healthz", "/metrics",
     }  # fmt: skip
     checks = paths["/api/v1/devices/{id}/stability"]
     assert {"202", "404", "409"} <= set(checks["post"]["responses"])

@@ -38,15 +38,26 @@ def test_a_job_says_what_it_is_and_how_far(client: TestClient, make_scene: Make)
     assert client.get(job["links"]["self"]).json() == job
     assert job["created_at"].endswith("Z")
     links = job.pop("links")
-    assert links["image"] is links["preview"] is links["report"] is None
+    assert links["image"] is links["preview"] is links["report"] is links["report_page"] is None
     assert job["scene"]["seed"] == 0
     expected = {
         "state": "queued", "width": 4, "height": 4, "samples": 0, "fraction": 0, "seconds": 0, "rmse": None,
         "relative_rmse": None, "started_at": None, "finished_at": None, "devices": [], "error": None, "name": "",
-        "target": {"kind": "samples", "samples": 9}, "device": "any",
+        "target": {"kind": "samples", "samples": 9}, "device": "any", "reference": None,
         "waiting": "No OpenCL device is ready; /api/v1/devices says why.",
     }  # fmt: skip
     assert {key: job[key] for key in expected} == expected
+
+
+def test_a_relative_error_is_as_far_as_its_samples(client: TestClient, data: Path, make_scene: Make) -> None:
+    """An error that is to be halved has a quarter of the samples that it needs."""
+    job = submit(client, make_scene(stop={"kind": "relative_error", "relative_error": 0.01})).json()
+    assert job["fraction"] == 0
+    for reached, fraction in ((0.02, 0.25), (0.1, 0.01), (0.01, 1), (0.005, 1), (None, 0), (0, 0)):
+        with sqlite3.connect(data / "woodcock.sqlite") as connection:
+            connection.execute("UPDATE jobs SET samples = 9, reached = ? WHERE id = ?", (reached, job["id"]))
+        connection.close()
+        assert client.get(job["links"]["self"]).json()["fraction"] == pytest.approx(fraction)
 
 
 def test_denoising_is_refused_where_its_extra_is_missing(
@@ -157,7 +168,10 @@ def test_a_fault_of_a_query_names_it(client: TestClient, query: str, field: str)
 @pytest.mark.parametrize(
     "path",
     [
-        *(f"/api/v1/jobs/nothing{rest}" for rest in ("", "/events", "/image.exr", "/preview.png", "/report.json")),
+        *(
+            f"/api/v1/jobs/nothing{rest}"
+            for rest in ("", "/events", "/image.exr", "/preview.png", "/report.json", "/report.html")
+        ),
         "/api/v1/volumes/sha256:0",
         "/api/v1/nothing",
         "/nothing",
@@ -170,7 +184,7 @@ def test_what_is_not_there_is_a_404(client: TestClient, path: str) -> None:
 
 def test_results_that_are_not_there_yet_say_so(client: TestClient, make_scene: Make) -> None:
     job = submit(client, make_scene()).json()
-    for name in ("image.exr", "preview.png", "report.json"):
+    for name in ("image.exr", "preview.png", "report.json", "report.html"):
         answer = client.get(f"/api/v1/jobs/{job['id']}/{name}")
         assert answer.status_code == 404
         assert answer.json()["detail"] == f"Job {job['id']} has no {name}: it is queued."

@@ -2,68 +2,75 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from woodcock.contract import Piece
 from woodcock.pace import GROWTH, RANGE_SECONDS, Pace, fit
 from woodcock_server.ranges import Pool, share
 
 
 def measured(rate: float, last: int) -> Pace:
+    """Of samples of all pixels of a picture of 100; rate: of those, per second."""
     pace = Pace()
-    pace.measured(last, last / rate)
+    pace.measured(last, last / rate, 100)
     return pace
 
 
-@pytest.mark.parametrize(
-    ("done", "end", "expected"),
-    [
-        ((), 5, [0, 1, 2, 3, 4]),
-        (((0, 5),), 5, []),
-        (((0, 2),), 5, [2, 3, 4]),
-        (((1, 2), (3, 4)), 6, [0, 2, 4, 5]),
-        (((3, 9),), 5, [0, 1, 2]),
-        (((7, 9),), 5, [0, 1, 2, 3, 4]),
-    ],
-)
-def test_a_pool_holds_what_is_missing_and_hands_it_out_once(
-    done: tuple[tuple[int, int], ...], end: int, expected: list[int]
-) -> None:
+def test_a_pool_hands_every_sample_out_once() -> None:
+    few = np.array([3, 5], np.int32)
+    pieces = [Piece(2, 5, None), Piece(9, 10, None), Piece(10, 17, few)]
     for size in (1, 2, 100):
-        pool = Pool(done, end)
-        assert pool.left == len(expected)
+        pool = Pool(pieces, 100)
+        assert pool.left == 400 + 14
         taken: list[int] = []
         while pool.left:
-            start, stop = pool.take(size)
-            assert 0 < stop - start <= size
-            taken += range(start, stop)
-        assert taken == expected
+            pixels, piece = pool.pixels, pool.take(size)
+            assert 0 < piece.stop - piece.start <= size
+            assert piece.pixels is (few if piece.start >= 10 else None)
+            assert pixels == (2 if piece.start >= 10 else 100)
+            taken += range(piece.start, piece.stop)
+        assert taken == [2, 3, 4, *range(9, 17)]
+        assert (pool.left, pool.pixels) == (0, 0)
 
 
-def test_a_range_takes_about_a_second_and_never_more_than_is_left() -> None:
+def pool(samples: int, pixels: int | None = None) -> Pool:
+    """Of so many samples of a picture of 100 pixels, or of some of them."""
+    return Pool([Piece(0, samples, None if pixels is None else np.arange(pixels, dtype=np.int32))], 100)
+
+
+def test_a_range_takes_about_a_second_and_its_pieces_end() -> None:
     pace = measured(rate=100, last=90)
-    assert share(pace, 10_000, 100) == pytest.approx(100 * RANGE_SECONDS, abs=1)
-    assert share(pace, 7, 100) == 7
-    assert share(Pace(), 10_000, 0) == 1
+    assert share(pace, pool(10_000), 100 * 100) == pytest.approx(100 * RANGE_SECONDS, abs=1)
+    assert share(Pace(), pool(10_000), 0) == 1
+
+
+def test_few_pixels_take_less_time() -> None:
+    """Work is counted in paths: a fifth of the pixels, five times the samples in the same time."""
+    pace = measured(rate=100, last=90)
+    assert share(pace, pool(10_000, 20), 100 * 100) == pytest.approx(500 * RANGE_SECONDS, abs=1)
+    assert fit(pace, 0.2, nothing_yet=False, pixels=20) == pytest.approx(100, abs=1)
 
 
 def test_ranges_grow_by_steps() -> None:
-    assert share(measured(rate=1e6, last=1), 10_000, 1e6) == GROWTH
+    assert share(measured(rate=1e6, last=1), pool(10_000), 1e8) == GROWTH
+    assert share(measured(rate=1e6, last=3), pool(10_000, 1), 1e8) == 3 * GROWTH, "a device may not be full"
 
 
 def test_at_the_end_each_device_takes_its_share() -> None:
     slow, fast = measured(rate=50, last=50), measured(rate=150, last=150)
-    assert share(slow, 40, 200) == 10
-    assert share(fast, 40, 200) == 30
-    assert share(slow, 8, 200) == 5, "a range of less than 0.1 s is not worth handing out"
+    assert share(slow, pool(40), 200 * 100) == 10
+    assert share(fast, pool(40), 200 * 100) == 30
+    assert share(slow, pool(8), 200 * 100) == 5, "a range of less than 0.1 s is not worth handing out"
 
 
 def test_seconds_that_are_left_limit_a_range() -> None:
     pace = measured(rate=100, last=100)
-    assert fit(pace, 20, nothing_yet=False) == pytest.approx(100, abs=1)
-    assert fit(pace, 0.2, nothing_yet=False) == pytest.approx(20, abs=1)
-    assert fit(pace, 0.001, nothing_yet=False) == 0
-    assert fit(pace, -1, nothing_yet=False) == 0
-    assert fit(measured(rate=0.01, last=1), 20, nothing_yet=False) == 0, "one sample would take 100 s"
+    assert fit(pace, 20, nothing_yet=False, pixels=100) == pytest.approx(100, abs=1)
+    assert fit(pace, 0.2, nothing_yet=False, pixels=100) == pytest.approx(20, abs=1)
+    assert fit(pace, 0.001, nothing_yet=False, pixels=100) == 0
+    assert fit(pace, -1, nothing_yet=False, pixels=100) == 0
+    assert fit(measured(rate=0.01, last=1), 20, nothing_yet=False, pixels=100) == 0, "one sample would take 100 s"
 
 
 def test_one_sample_at_least() -> None:

@@ -62,9 +62,26 @@ def check_picture(service: Service, tmp_path: Path, job_id: str, samples: int) -
     return header
 
 
+def check_books(report: dict[str, Any]) -> None:
+    """Every sample was rendered once, by one device, in time that counts once."""
+    assert sum(use["samples"] for use in report["devices"]) == report["samples"]
+    errors = report["error"]
+    assert len(errors) > 3
+    for earlier, later in pairwise(errors):
+        for key in ("samples", "seconds", "device_seconds"):
+            assert earlier[key] < later[key]
+    assert errors[-1]["samples"] == report["mean_samples"]
+    rendering = sum(use["render_seconds"] for use in report["devices"])
+    assert errors[-1]["device_seconds"] == pytest.approx(rendering)
+    rates = [point["samples"] / point["device_seconds"] for point in errors[len(errors) // 2 :]]
+    assert max(rates) < 4 * min(rates), "time of former attempts is there, and once"
+
+
 @pytest.fixture(scope="session")
 def samples_in(service: Service, make_scene: Make) -> Callable[[float], int]:
     """How many samples of the cube, 256 pixels wide, take so many seconds on this machine."""
+    for device in ("cpu0", "cpu1"):  # until its program is built, a slower one renders
+        service.wait(service.submit(make_scene(size=256, samples=1), device), succeeded)
     job_id = service.submit(make_scene(size=256, stop={"kind": "seconds", "seconds": 2}))
     job = service.wait(job_id, succeeded)
     rate = job["samples"] / job["seconds"]
@@ -72,8 +89,10 @@ def samples_in(service: Service, make_scene: Make) -> Callable[[float], int]:
 
 
 def test_a_job_from_its_submission_to_its_picture(service: Service, tmp_path: Path, make_scene: Make) -> None:
+    for device in ("cpu0", "cpu1"):  # which builds the program: neither must wait for it while the other renders all
+        service.wait(service.submit(make_scene(size=64, samples=2), device), succeeded)
     scene = make_scene(size=64, samples=1500)
-    job_id = service.submit(scene)
+    job_id = service.submit(scene, name="a cube")
     seen = []
     with service.http.stream("GET", f"/api/v1/jobs/{job_id}/events") as stream:
         assert stream.headers["content-type"].startswith("text/event-stream")
@@ -102,19 +121,22 @@ def test_a_job_from_its_submission_to_its_picture(service: Service, tmp_path: Pa
     assert sum(use["samples"] for use in report["devices"]) == 1500
     assert report["rmse"] == job["rmse"]
     assert report["seconds"]["render"] == job["seconds"]
-    errors = report["error"]
-    assert errors[-1]["samples"] == 1500
-    assert len(errors) > 3
-    for earlier, later in pairwise(errors):
-        assert earlier["samples"] < later["samples"]
-        assert earlier["seconds"] < later["seconds"]
-    assert errors[-1]["rmse"] < errors[0]["rmse"]
+    check_books(report)
+    assert report["error"][-1]["rmse"] < report["error"][0]["rmse"]
+    assert 0 < report["utilisation"] <= 1
+    assert report["contract"]["met"]
+    assert set(report["seconds"]) == {"read", "build", "upload", "render", "merge", "check", "write"}
+    assert all(report["seconds"][part] > 0 for part in ("render", "merge", "check", "write"))
+    page = service.http.get(job["links"]["report_page"]).raise_for_status()
+    assert page.headers["content-type"].startswith("text/html")
+    assert "<title>a cube" in page.text
     preview = service.http.get(job["links"]["preview"]).raise_for_status()
     assert (preview.content[:8], preview.headers["content-type"]) == (b"\x89PNG\r\n\x1a\n", "image/png")
     assert {path.name for path in (service.data / "jobs" / job_id).iterdir()} == {
         "image.exr",
         "preview.png",
         "report.json",
+        "report.html",
     }
 
 
@@ -232,7 +254,7 @@ def test_a_service_that_is_killed_goes_on_from_its_checkpoint(
 ) -> None:
     service = own_service
     service.start()
-    samples = samples_in(6)
+    samples = samples_in(8)
     job_id = service.submit(make_scene(size=256, samples=samples))
     checkpoint = service.data / "jobs" / job_id / "film-1.npz"
     service.wait(job_id, lambda job: job["samples"] > 0 and checkpoint.exists() and Film.load(checkpoint).samples > 10)
@@ -247,6 +269,7 @@ def test_a_service_that_is_killed_goes_on_from_its_checkpoint(
     job = service.wait(job_id, succeeded)
     assert job["samples"] == samples
     check_picture(service, tmp_path, job_id, samples)
+    check_books(service.http.get(job["links"]["report"]).raise_for_status().json())
     log = service.log.read_text()
     assert re.search(rf"job claimed\s+job={job_id} samples_kept={held} token=2", log)
     assert re.search(rf"job succeeded\s+job={job_id} samples={samples} samples_rendered={samples - held}\b", log)

@@ -333,7 +333,7 @@ static inline mask next_event_start(next_event *event, const struct world *world
 }
 #line 1 "integrator/volumetric_path.cl"
 // The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
-// One lane is one path of its own pixel; a lane whose path ends starts its pixel's next sample at once.
+// A lane is one path of its own pixel; one whose path ends starts its pixel's next sample at once.
 #line 1 "core/audit.h"
 // What a kernel finds amiss in its own work: samples that are no radiance, by what they are, and tentative collisions where σ_t
 // exceeded its majorant: how many, the throughput of the paths that they befell, and by which factor at most.
@@ -447,10 +447,10 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
 }
 
-static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples) {
-    const uint lane0 = (uint)get_global_id(0) * LANES, pixels = (uint)get_global_size(0) * LANES;
+static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples, integer pixel) {
+    const uint lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
     const int width = world->scene->film.width;
-    const integer pixel = (integer)(int)lane0 + lane_index(), y = pixel / width, x = pixel - y * width;
+    const integer y = pixel / width, x = pixel - y * width;
     const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 
@@ -526,5 +526,5 @@ static inline void volumetric_path(const struct world *world, __global float *fi
 
 __kernel void render(__constant const struct scene *scene, __global const uchar *density, __global float *film, __global uint *faults, uint first, uint samples) {
     const struct world world = {scene, density};
-    volumetric_path(&world, film, faults, first, samples);
+    volumetric_path(&world, film, faults, first, samples, (int)get_global_id(0) * LANES + lane_index());
 }

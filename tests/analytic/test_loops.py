@@ -96,9 +96,8 @@ SCENES: dict[str, tuple[list[Kind], list[Kind], list[Kind]]] = {
 @pytest.mark.parametrize(
     "name",
     [
-        *(pytest.param(n, marks=pytest.mark.slow) for n in SCENES if n not in ("coloured", "shadow")),
+        *(pytest.param(n, marks=pytest.mark.slow) for n in SCENES if n != "coloured"),
         "coloured",
-        "shadow",
     ],
 )
 def test_with_and_without_equiangular_sampling(box: Scene, picture: Picture, nothing: Kind, name: str) -> None:

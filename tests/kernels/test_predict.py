@@ -155,7 +155,7 @@ def test_overhead_is_told_from_samples() -> None:
     found = tempo(counts, 0.02 + 0.01 * counts, 0.5, 0.003)
     assert (found.seconds, found.overhead) == (pytest.approx(0.02), pytest.approx(2 * 0.023))
     assert found.spread == pytest.approx(0, abs=1e-6)
-    assert found.half == pytest.approx(math.log(1.3)), "load that a pilot cannot see"
+    assert found.half == pytest.approx(math.log(2.0)), "load that a pilot cannot see"
     uneven = tempo(counts, np.array([0.03, 0.03, 0.1, 0.12, 0.14]), 1.0, 0.0)
     assert uneven.half > found.half
 

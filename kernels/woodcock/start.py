@@ -23,7 +23,6 @@ from woodcock.generic import widen
 from woodcock.image import ImageError
 from woodcock.layout import Layout
 from woodcock.markers import WIDE, is_built
-from woodcock.markers import built as built
 from woodcock.plan import lay_out
 from woodcock.probe import best_lanes, probe
 from woodcock.render import Renderer, program_of, read_file

@@ -28,13 +28,12 @@ def preview(storage: Storage, job_id: str, film: Film) -> None:
 
 def figures(scene: Scene, film: Film, seconds: float) -> dict[str, Any]:
     """The columns of a job that tell how far its picture is."""
-    rmse, mean = film.rmse(), film.mean_luminance()
-    known = math.isfinite(rmse)
+    rmse = film.rmse()
     return {
         "samples": film.samples,
         "seconds": seconds,
-        "rmse": rmse if known else None,
-        "relative_rmse": rmse / mean if known and mean > 0 else None,
+        "rmse": rmse if math.isfinite(rmse) else None,
+        "relative_rmse": report.relative_rmse(film),
         "reached": outcome(scene.stop, film, seconds)["reached"] if isinstance(scene.stop, RelativeErrorStop) else None,
     }
 

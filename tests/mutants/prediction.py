@@ -59,9 +59,9 @@ SINS = (
     ),
     Sin(
         "variants share their random numbers",
-        "server/woodcock_server/comparisons/service.py",
-        "(scene.seed + k) % (1 << 32)",
-        "scene.seed % (1 << 32)",
+        "kernels/woodcock/compare/vary.py",
+        "(first + k) % (1 << 32)",
+        "first % (1 << 32)",
         (f"{COMPARISONS}::test_a_comparison_is_a_job_for_each_variant",),
     ),
 )

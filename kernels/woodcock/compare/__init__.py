@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from woodcock.compare.efficiency import Ratio, Slice, of_series, ratio
 from woodcock.compare.judge import Row, Verdict, row, winner
-from woodcock.compare.vary import FIELDS, CompareError, Variant, kinds, parse, variants
+from woodcock.compare.vary import FIELDS, CompareError, Variant, kinds, parse, seeded, variants
 
 __all__ = [
     "FIELDS",
@@ -24,6 +24,7 @@ __all__ = [
     "parse",
     "ratio",
     "row",
+    "seeded",
     "variants",
     "winner",
 ]

@@ -6,12 +6,11 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import count
 
 from woodcock import series
 from woodcock.compare.efficiency import Slice
 from woodcock.compare.judge import Row, row
-from woodcock.compare.vary import CompareError, Variant
+from woodcock.compare.vary import CompareError, Variant, seeded
 from woodcock.device import Device
 from woodcock.film import Film
 from woodcock.pace import Pace
@@ -109,9 +108,8 @@ def _prepare(
     read = cache(read_file)
     own, _ = program_of(lay_out(scene, read), device, best_lanes(device, probe(device)))
     racers, hashes, same = list[Racer](), dict[str, str](), dict[str, str]()
-    seeds = (seed for seed in ((scene.seed + k) % (1 << 32) for k in count()) if seed != taken)
-    for variant, seed in zip(variants, seeds, strict=False):
-        renderer = Renderer(variant.scene.model_copy(update={"seed": seed}), device, read=read)
+    for variant in seeded(variants, scene.seed, taken):
+        renderer = Renderer(variant.scene, device, read=read)
         if renderer.program_hash in hashes:
             same[variant.label] = hashes[renderer.program_hash]
             continue

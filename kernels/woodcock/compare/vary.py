@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import product
+from dataclasses import dataclass, replace
+from itertools import count, product
 from math import prod
 from typing import Any, get_args
 
@@ -75,6 +75,15 @@ def variants(scene: Scene, vary: Mapping[str, Sequence[str]]) -> list[Variant]:
     if not 2 <= count <= MOST_VARIANTS:
         raise CompareError(f"a comparison takes 2 to {MOST_VARIANTS} variants, not {count}")
     return [_variant(scene, dict(zip(vary, chosen, strict=True)), vary) for chosen in product(*vary.values())]
+
+
+def seeded(variants: Sequence[Variant], first: int, taken: int | None) -> list[Variant]:
+    """The variants with a seed each, from `first` on: their errors are independent. taken: what none may have."""
+    seeds = (seed for k in count() if (seed := (first + k) % (1 << 32)) != taken)
+    return [
+        replace(variant, scene=variant.scene.model_copy(update={"seed": seed}))
+        for variant, seed in zip(variants, seeds, strict=False)
+    ]
 
 
 def _variant(scene: Scene, choices: dict[str, str], vary: Mapping[str, Sequence[str]]) -> Variant:

@@ -55,14 +55,24 @@ static inline real majorant_grid_next(real cell, real per_plane, mask crossed) {
     return cell + pick((real)0.f, pick((real)-1.f, (real)1.f, test(per_plane > 0.f)), crossed);
 }
 
+// Where a walk leaves its cell along each axis, and how it goes on to the next.
+static inline vector majorant_grid_planes(const majorant_walk *walk) {
+    vector cell = walk->cell, per = walk->per_plane, first = walk->first_plane;
+    return vector_of(fma(cell.x, per.x, -first.x), fma(cell.y, per.y, -first.y), fma(cell.z, per.z, -first.z));
+}
+
+static inline void majorant_grid_cross(majorant_walk *walk, vector plane, real next, mask crossing) {
+    walk->cell.x = majorant_grid_next(walk->cell.x, walk->per_plane.x, crossing & test(plane.x == next));
+    walk->cell.y = majorant_grid_next(walk->cell.y, walk->per_plane.y, crossing & test(plane.y == next));
+    walk->cell.z = majorant_grid_next(walk->cell.z, walk->per_plane.z, crossing & test(plane.z == next));
+}
+
 static inline mask majorant_grid_step(__constant const struct majorant_grid *majorant, __global const float *bounds, majorant_walk *walk,
                                       real depth, mask active) {
     mask walking = active, left = (mask)0;
     walk->t_from = pick(walk->t_from, walk->t, active);
     while (some(walking)) {
-        vector plane = vector_of(fma(walk->cell.x, walk->per_plane.x, -walk->first_plane.x),
-                                 fma(walk->cell.y, walk->per_plane.y, -walk->first_plane.y),
-                                 fma(walk->cell.z, walk->per_plane.z, -walk->first_plane.z));
+        vector plane = majorant_grid_planes(walk);
         real next = smaller(plane.x, smaller(plane.y, plane.z)), stop = smaller(next, walk->far);
         real spent = walk->bound * larger((stop - walk->t) - walk->t_low, (real)0.f);
         walking &= ~test(depth < spent);
@@ -72,9 +82,7 @@ static inline mask majorant_grid_step(__constant const struct majorant_grid *maj
         mask out = walking & ~test(next < walk->far); // so that a NaN leaves, too
         left |= out;
         walking &= ~out;
-        walk->cell.x = majorant_grid_next(walk->cell.x, walk->per_plane.x, walking & test(plane.x == next));
-        walk->cell.y = majorant_grid_next(walk->cell.y, walk->per_plane.y, walking & test(plane.y == next));
-        walk->cell.z = majorant_grid_next(walk->cell.z, walk->per_plane.z, walking & test(plane.z == next));
+        majorant_grid_cross(walk, plane, next, walking);
         walk->bound = pick(walk->bound, majorant_grid_bound(majorant, bounds, walk->cell), walking);
     }
     mask collided = active & ~left;

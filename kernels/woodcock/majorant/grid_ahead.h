@@ -1,5 +1,5 @@
 // How much optical depth of the majorant's grid lies ahead, and walks that begin again: for combs of evenly spaced points.
-#include "majorant/grid_cells.h"
+#include "majorant/grid.h"
 
 static inline real majorant_ahead(const struct world *world, majorant_walk walk, real most, mask walking) {
     real depth = (real)0.f;

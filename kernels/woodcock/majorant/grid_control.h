@@ -1,6 +1,6 @@
 // A step through the majorant's grid that passes a control: walks meet tentative collisions at the rate of a bound on what
 // σ_t is above it, flights at the majorant's. Cells are the control's as well.
-#include "majorant/grid_cells.h"
+#include "majorant/grid.h"
 
 // `passed`: the optical depth of the control over the step, of walks.
 static inline mask majorant_step_past_control(const struct world *world, majorant_walk *walk, real depth, mask active, mask walks,

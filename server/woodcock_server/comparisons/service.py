@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 import structlog
 from sqlalchemy import RowMapping
 
-from woodcock.compare import CompareError, Verdict, of_series, row, variants, winner
+from woodcock.compare import CompareError, Verdict, of_series, row, seeded, variants, winner
 from woodcock.compare.agreement import of_reference
 from woodcock.compare.judge import Row
 from woodcock.compare.page import page
@@ -50,12 +49,7 @@ def create(services: Services, request: ComparisonCreate) -> RowMapping:
         asked = JobCreate(scene=variant.scene, device=request.device, reference=request.reference)
         check_request(services.engine, services.storage, services.devices, asked)
     taken = None if request.reference is None else reference.load(services.storage, request.reference).seed
-    seeds = (seed for k in range(len(made) + 1) if (seed := (scene.seed + k) % (1 << 32)) != taken)
-    # Errors of variants, and of the reference, must be independent.
-    own = [
-        replace(variant, scene=variant.scene.model_copy(update={"seed": seed}))
-        for variant, seed in zip(made, seeds, strict=False)
-    ]
+    own = seeded(made, scene.seed, taken)
     values = request.model_dump(mode="json") | {"device": _device(services, request.device)}
     with services.engine.begin() as connection:
         comparison_id = repository.add(connection, values, own, datetime.now(UTC))

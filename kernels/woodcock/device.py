@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import tempfile
 import warnings
@@ -16,6 +17,17 @@ import platformdirs
 
 #: Lane widths that the device code has.
 WIDTHS = (1, 4, 8, 16)
+
+#: PoCL names the processor that its LLVM generates code for in the device's version. An LLVM older than the processor
+#: takes it for the one before, while PoCL picks its library of builtins by the AVX-512 flag: then every builtin is a
+#: call that spills all registers, and one of 16 lanes kills the compiler.
+_MISTAKEN_AVX512 = re.compile(r"-znver[123]\b|-(haswell|broadwell|skylake|alderlake|x86-64(-v[123])?)$")
+#: So programs say themselves what the library was built for.
+_FOR_AVX512 = """\
+#pragma clang attribute push(__attribute__((target("arch=skylake-avx512"))), apply_to = function)
+{}
+#pragma clang attribute pop
+"""
 
 
 class DeviceError(RuntimeError):
@@ -44,6 +56,11 @@ class Device:
     def identity(self) -> str:
         """What a program built for this device depends on."""
         return "|".join((self.platform, self.platform_version, self.name, self.version, self.driver))
+
+    @property
+    def mistaken(self) -> bool:
+        """Does PoCL take the processor for an older one, without AVX-512?"""
+        return self.native_lanes == 16 and _MISTAKEN_AVX512.search(self.version) is not None
 
 
 @cache
@@ -166,6 +183,8 @@ class Context:
         cl = opencl()
         if "NVIDIA" in self.device.platform:  # Changes no code; the log then tells the registers that it uses.
             options = (*options, "-cl-nv-verbose")
+        if self.device.mistaken:
+            text = _FOR_AVX512.format(text)
         with warnings.catch_warnings():
             # The log of a program that builds is the driver's chatter.
             warnings.simplefilter("ignore", cl.CompilerWarning)

@@ -20,10 +20,6 @@ from woodcock.files import replacing
 
 TIMEOUT_SECONDS = 30
 
-#: PoCL names the processor that its LLVM generates code for in the device's version. An LLVM older than the processor
-#: takes it for the one before, while PoCL picks its builtins by the AVX-512 flag; a program of both dies after minutes.
-MISTAKEN_AVX512 = re.compile(r"-znver[123]\b|-(haswell|broadwell|skylake|alderlake|x86-64(-v[123])?)$")
-
 #: What PoCL says before it aborts on a machine with a linker but without a compiler's or the C library's files.
 UNLINKED = re.compile(r"cannot find -l(\w+)")
 
@@ -68,7 +64,7 @@ def best_lanes(device: Device, result: Probe) -> int:
 
 def _fault(device: Device, lanes: int) -> str | None:
     """What a child process that checks one width died or complained of."""
-    if lanes == 16 and MISTAKEN_AVX512.search(device.version) and device.native_lanes == 16:
+    if lanes == 16 and device.mistaken:
         return f"{device.platform} knows no AVX-512 for this processor, but uses a library built for it"
     command = [sys.executable, "-m", "woodcock.probe", device.id, str(lanes)]
     try:

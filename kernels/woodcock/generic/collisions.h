@@ -9,9 +9,9 @@ static inline spectrum media_albedo(const struct world *world, integer medium, v
     return albedo;
 }
 
-// ∫ ε along a piece of a segment, by the point at share u of what each medium has of it.
+// ∫ ε along a piece of a segment, by a random point of what each medium has of it.
 static inline spectrum media_emission(const struct world *world, const path *p, real from, real from_low, real to,
-                                      real to_low, real u) {
+                                      real to_low, words w) {
     spectrum sum = spectrum_grey((real)0.f);
     for (int i = 0; i < world->scene->held.media; ++i) {
         __constant const struct medium *medium = &world->scene->media[i];
@@ -26,7 +26,7 @@ static inline spectrum media_emission(const struct world *world, const path *p, 
         }
         real length = far - near + pick((real)0.f, to_low, test(far == to));
         length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
-        real t = near + u * length;
+        real t = near + unit(w.x) * length;
         spectrum found = medium_emission(world, i, medium_local(world, i, vector_along(p->origin, t, p->direction)));
         found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
         sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));

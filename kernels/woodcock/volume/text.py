@@ -114,7 +114,7 @@ class Writer:
         if emission is None:
             return ""
         place = f"&world->scene->{self.name}_emission_numbers"
-        epsilon, absorbed = f"emission_constant_epsilon({place})", False
+        epsilon, absorbed, one_tap = f"emission_constant_epsilon({place})", False, ""
         there = f"{self.name}_emission_there_exact(world, p)"
         match emission:
             case ConstantEmission(epsilon=value):
@@ -124,8 +124,10 @@ class Writer:
                 self._emission_record(
                     "grid", emission_grid.FIELDS, emission_grid.record(emission, field.step, self.space)
                 )
-                spectrum = there if field.channels == 3 else f"spectrum_grey({there})"
-                epsilon = f"emission_grid_epsilon({place}, {spectrum})"
+                epsilon, one_tap = (
+                    f"emission_grid_epsilon({place}, {value if field.channels == 3 else f'spectrum_grey({value})'})"
+                    for value in (there, f"{self.name}_emission_there(world, p, w)")
+                )
             case BlackbodyEmission() if field is None:
                 radiance = blackbody.radiance(emission, np.array(emission.kelvin))
                 self._emission_record("constant", constant.FIELDS, constant.record(radiance, self._lengthless()))
@@ -146,7 +148,11 @@ class Writer:
 """
         elif holds:
             body += f"    epsilon = {_pick('spectrum', holds, 'epsilon')};\n"
-        return self._function("spectrum", "emission", "vector p", f"{body}    return epsilon;\n")
+        body += "    return epsilon;\n"
+        text = self._function("spectrum", "emission", "vector p", body)
+        if one_tap:
+            text += self._function("spectrum", "emission_once", "vector p, words w", body.replace(epsilon, one_tap))
+        return text
 
     def _emission_record(self, kind: str, fields: Mapping[str, str], values: Mapping[str, Any]) -> None:
         self._record("emission", kind, f"{self.name}_emission_numbers", fields, values)
@@ -190,7 +196,7 @@ class Writer:
             inside = f"    vector q = affine_point(&world->scene->{name}_field.from_local, p);\n    {value} value = "
             outside = f";\n    return {_pick(value, holds)};\n"
             one, full = f"{name}_at(world, q, w)", f"{name}_exact(world, q)"
-            if part == "albedo":
+            if part == "albedo" or (part == "emission" and isinstance(self.medium.volume.emission, GridEmission)):
                 text += self._function(value, f"{part}_there", "vector p, words w", f"{inside}{one}{outside}")
             text += self._function(value, f"{part}_there_exact", "vector p", f"{inside}{full}{outside}")
         return text

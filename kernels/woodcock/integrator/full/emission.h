@@ -4,6 +4,6 @@
 static inline void emission_of_piece(path *p, const struct world *world, real from, real from_low, real to, real to_low, mask flying) {
     if (!some(flying)) return;
     words w = rng_next(&p->random, flying);
-    spectrum emitted = media_emission(world, p, from, from_low, to, to_low, unit(w.x));
+    spectrum emitted = media_emission(world, p, from, from_low, to, to_low, w);
     path_gain(p, emitted, p->order, flying);
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from woodcock.scene import ConstantVolume, MeshShape, Volume
+from woodcock.scene import ConstantVolume, GridEmission, MeshShape, Volume
 
 
 def local(i: int, volume: Volume, x: str) -> str:
@@ -272,7 +272,8 @@ static inline spectrum media_albedo(const struct world *world, integer medium, v
 
 
 def emission(volumes: Sequence[Volume]) -> str:
-    """∫ ε along a piece of a segment, by the point at share u of what each medium has of it."""
+    """∫ ε along a piece of a segment, by a random point of what each medium has of it; where ε is linear in what a grid
+    stores, by one tap."""
     parts = []
     for i, volume in enumerate(volumes):
         if volume.emission is None:
@@ -285,17 +286,22 @@ def emission(volumes: Sequence[Volume]) -> str:
     box_clip(world->scene->medium_{i}.size, {local(i, volume, "p->origin")},
              affine_direction(&world->scene->medium_{i}.to_local, p->direction), &near, &far);
 """
+        at = local(i, volume, "vector_along(p->origin, t, p->direction)")
+        emission = f"medium_{i}_emission(world, {at})"
+        if isinstance(volume.emission, GridEmission):
+            emission = f"medium_{i}_emission_once(world, {at}, w)"
         parts.append(f"""\
 {clip}    length = far - near + pick((real)0.f, to_low, test(far == to));
     length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
     t = near + u * length;
-    found = medium_{i}_emission(world, {local(i, volume, "vector_along(p->origin, t, p->direction)")});
+    found = {emission};
     found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
     sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
 """)
     return f"""\
 static inline spectrum media_emission(const struct world *world, const path *p, real from, real from_low, real to,
-                                      real to_low, real u) {{
+                                      real to_low, words w) {{
+    const real u = unit(w.x);
     spectrum found, sum = spectrum_grey((real)0.f);
     real near, far, length, t;
 {"".join(parts)}    return sum;

@@ -58,6 +58,7 @@ def drive(
         part = renderer.render(piece.start, piece.stop, piece.pixels)
         rendered = time.perf_counter()
         film = film.merge(part)
+        del part  # it would be held while the next is rendered
         merged = time.perf_counter()
         pace.measured(piece.stop - piece.start, rendered - start, pixels)
         seconds["render"] += rendered - start

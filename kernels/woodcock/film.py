@@ -109,10 +109,15 @@ class Film:
         total = self.count + other.count
         share = np.divide(other.count, total, out=np.zeros(total.shape), where=total > 0)[..., None]
         delta = other.mean - self.mean
+        mean = delta * share
+        mean += self.mean
+        delta *= delta
+        delta *= share * self.count[..., None]
+        delta += self.m2 + other.m2
         return Film(
             total,
-            self.mean + delta * share,
-            self.m2 + other.m2 + delta**2 * (share * self.count[..., None]),
+            mean,
+            delta,
             self.names,
             ranges,
             self.faults + other.faults,

@@ -66,9 +66,11 @@ class Launcher:
 
 def statistics(sums: NDArray[np.float32], samples: int) -> tuple[Array, Array]:
     """Mean and M2, (pixels, channels), of a launch's pairs (channels, 4, pixels)."""
-    pairs = sums.astype(np.float64)
-    total, squares = pairs[:, 0] + pairs[:, 1], pairs[:, 2] + pairs[:, 3]
+    total, squares = (np.add(sums[:, part], sums[:, part + 1], dtype=np.float64) for part in (0, 2))
     mean = total / samples
+    total *= mean
+    squares -= total
+    np.maximum(squares, 0, out=squares)
     # A square below 2^-126 may count as 0: so much is added where that is not nothing beside the rest.
-    lost = np.where((mean > 0) & (mean < 2.0**-50), samples * 2.0**-126, 0.0)
-    return mean.T, (np.maximum(squares - total * mean, 0) + lost).T
+    squares[(mean > 0) & (mean < 2.0**-50)] += samples * 2.0**-126
+    return mean.T, squares.T

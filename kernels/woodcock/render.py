@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from copy import copy
 from dataclasses import replace
+from functools import reduce
 from pathlib import Path
 from typing import Literal, TypeAlias, TypeVar
 
@@ -124,10 +125,10 @@ class Renderer:
 
     def render(self, start: int, stop: int, pixels: Pixels = None) -> Film:
         """Exactly the samples [start, stop) of every pixel, or of those with these indices y × width + x."""
-        film = Film.empty(self._film.width, self._film.height, self.names)
-        for first in range(start, stop, LARGEST_LAUNCH):
-            film = film.merge(self._launch(first, min(stop, first + LARGEST_LAUNCH), pixels))
-        return film
+        firsts = range(start, stop, LARGEST_LAUNCH)
+        films = (self._launch(first, min(stop, first + LARGEST_LAUNCH), pixels) for first in firsts)
+        film = next(films, None) or Film.empty(self._film.width, self._film.height, self.names)
+        return reduce(Film.merge, films, film)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -172,8 +173,8 @@ class Renderer:
         mean, m2 = statistics(sums, samples)
         film = Film(
             self._placed(np.full((len(mean), 1), samples, np.uint32), pixels)[..., 0],
-            self._placed(np.ldexp(mean, self._exponents), pixels),
-            self._placed(np.ldexp(m2, 2 * self._exponents), pixels),
+            self._placed(mean * 2.0**self._exponents, pixels),
+            self._placed(m2 * 4.0**self._exponents, pixels),
             self.names,
             ((first, stop),),
             found,
@@ -189,8 +190,10 @@ class Renderer:
 
     def _placed(self, values: NDArray[T], pixels: Pixels) -> NDArray[T]:
         """Values (pixels, channels) in the picture, 0 elsewhere."""
-        picture = np.zeros((self._film.height * self._film.width, values.shape[1]), values.dtype)
-        picture[slice(None) if pixels is None else pixels] = values
+        picture = values
+        if pixels is not None:
+            picture = np.zeros((self._film.height * self._film.width, values.shape[1]), values.dtype)
+            picture[pixels] = values
         return picture.reshape(self._film.height, self._film.width, -1)
 
     def _raise_majorant(self, excess: float) -> None:

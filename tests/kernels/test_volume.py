@@ -41,7 +41,7 @@ def grid_of(values: Any) -> Grid:
 def test_storage_is_the_narrowest_that_is_exact(values: Any, storage: str) -> None:
     grid = values.reshape(SHAPE)
     assert GRIDS.storage(grid) == storage
-    stored = GRIDS.bricks(grid, storage)
+    stored = GRIDS.bricks(grid, storage).array()
     stored = stored.view(np.float16) if storage == "half" else stored
     stored = stored.astype(np.float64).reshape(1, 2, 2, 4, 4, 4)
     restored = stored.transpose(0, 3, 1, 4, 2, 5).reshape(4, 8, 8)[:3, :6, :5]

@@ -68,8 +68,8 @@ SINS = (
     Sin(
         "a list's pixels are put into the picture in order",
         device("render.py"),
-        "picture[slice(None) if pixels is None else pixels]",
-        "picture[slice(None) if pixels is None else np.sort(pixels)]",
+        "picture[pixels] = values",
+        "picture[np.sort(pixels)] = values",
         (f"{RENDER}::test_a_pixel_is_the_same_in_a_list",),
     ),
     Sin(

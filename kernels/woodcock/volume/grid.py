@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from woodcock.formats import MAX_VOXELS, Grid, GridInfo, VolumeError
 from woodcock.scene import GridVolume
 from woodcock.space import Array, Space
+from woodcock.volume.field import BRICK, STORED, Buffer
 
 FIELDS = {
     "to_local": "affine",
@@ -22,8 +24,6 @@ FIELDS = {
     "bricks_y": "int",
     "relative": "float",
 }
-
-BRICK = 4
 
 
 def to_scene(volume: GridVolume, grid: Grid) -> Array:
@@ -92,16 +92,25 @@ def storage(values: NDArray[np.generic]) -> str:
     return "float"
 
 
-def bricks(values: NDArray[np.generic], kind: str) -> NDArray[np.generic]:
-    """(depth, height, width) -> bricks of 4³ in one run, the border padded with its own values; halves as bits."""
-    dtype = {"uint8": np.uint8, "half": np.float16, "float": np.float32}[kind]
-    padded = np.pad(values.astype(dtype, copy=False), [(0, -n % BRICK) for n in values.shape], mode="edge")
-    counts = [n // BRICK for n in padded.shape]
-    split = padded.reshape(counts[0], BRICK, counts[1], BRICK, counts[2], BRICK)
-    if kind == "float" and (factor := lift(float(values.max()))) != 1:
-        split = split * np.float32(factor)
-    run: NDArray[np.generic] = np.ascontiguousarray(split.transpose(0, 2, 4, 1, 3, 5)).reshape(-1)
-    return run.view(np.uint16) if kind == "half" else run
+def bricks(values: NDArray[np.generic], kind: str) -> Buffer:
+    """(depth, height, width) -> bricks of 4³, one layer of them at a time, the border padded with its own values;
+    halves as bits."""
+    dtype = STORED[kind]
+    factor = lift(float(values.max())) if kind == "float" else 1.0
+    depth, height, width = (-(-n // BRICK) for n in values.shape)
+    padding = [(0, -n % BRICK) for n in values.shape[1:]]
+
+    def pieces() -> Iterator[NDArray[np.generic]]:
+        for first in range(0, values.shape[0], BRICK):
+            layers = values[first : first + BRICK].astype(dtype, copy=False)
+            padded = np.pad(layers, [(0, BRICK - len(layers)), *padding], mode="edge")
+            if factor != 1:
+                padded = padded * np.float32(factor)
+            split = padded.reshape(BRICK, height, BRICK, width, BRICK).transpose(1, 3, 0, 2, 4)
+            run: NDArray[np.generic] = np.ascontiguousarray(split).reshape(-1)
+            yield run.view(np.uint16) if kind == "half" else run
+
+    return Buffer(np.dtype(np.uint16) if kind == "half" else dtype, depth * height * width * BRICK**3, pieces)
 
 
 def lift(largest: float) -> float:

@@ -246,10 +246,7 @@ def _thin(scene: Scene, layout: Layout) -> Scene:
 
 def _depth(layout: Layout) -> float:
     """Of the largest σ_t over the length that a scene has on the device, about 1."""
-    media = layout.facts.get("media")
-    if media is not None:
-        return sum(layout.space.coefficient(max(medium["sigma_t"])) for medium in media)
-    return next((1 / record.values["mean_free_path"] for record in layout.records if record.concept == "majorant"), 0.0)
+    return sum(layout.space.coefficient(max(medium["sigma_t"])) for medium in layout.facts["media"])
 
 
 def _thinned(volume: Volume, factor: float) -> Volume:

@@ -11,7 +11,7 @@ from woodcock.formats import Grid
 from woodcock.integrator import emission_absorption, transmittance, volumetric_path, volumetric_path_full
 from woodcock.layout import Layout, Read
 from woodcock.majorant.choice import chosen
-from woodcock.scene import ConstantVolume, GlobalMajorant, MeshShape, RelativeErrorStop, Scene, Volume
+from woodcock.scene import ConstantVolume, MeshShape, RelativeErrorStop, Scene, Volume
 
 
 def integrator(scene: Scene) -> str:
@@ -37,9 +37,7 @@ def settled(scene: Scene, read: Read) -> Scene:
     """The scene with a majorant, its own or the one that suits it. Raises VolumeError."""
     if scene.majorant:
         return scene
-    bounded = scene.model_copy(update={"majorant": GlobalMajorant()})
-    majorant = chosen(scene, read, small_loop=volumetric_path.suits(bounded, read))
-    return scene.model_copy(update={"majorant": majorant})
+    return scene.model_copy(update={"majorant": chosen(scene, read)})
 
 
 def lay_out(scene: Scene, read: Read) -> Layout:

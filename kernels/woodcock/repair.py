@@ -30,7 +30,9 @@ def raised(layout: Layout, excess: float) -> Layout:
     Where a bound was wrong the controls are not trusted either: they become 0, and the residual the whole majorant.
     """
     factor = excess * MARGIN
-    records = tuple(_raised(record, factor) for record in layout.records)
+    records = layout.records
+    if any(record.struct == "majorant_global" for record in records):
+        records = tuple(_raised(record, factor) for record in records)
     buffers = dict(layout.buffers)
     for name, array in layout.buffers.items():
         if name.startswith("minorant_"):
@@ -56,7 +58,7 @@ def _of_all(records: Iterable[Record]) -> NDArray[np.float32]:
 
 
 def _raised(record: Record, factor: float) -> Record:
-    # The small loop's densities are relative to the majorant.
+    # The small loop's densities are relative to its one majorant.
     shrinking = {"majorant_global": "mean_free_path", "volume_grid": "relative"}.get(record.struct)
     if shrinking is None:
         return record

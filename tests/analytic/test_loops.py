@@ -39,14 +39,15 @@ CAMERAS: dict[str, Kind] = {
 @pytest.mark.parametrize(
     "camera", ["orthographic", *(pytest.param(camera, marks=pytest.mark.slow) for camera in CAMERAS)]
 )
-@pytest.mark.parametrize("medium", ["constant", "grid"])
+@pytest.mark.parametrize("medium", ["constant", "grid", "cells"])
 @pytest.mark.parametrize("phase", ["henyey_greenstein", pytest.param("isotropic", marks=pytest.mark.slow)])
 def test_simple_and_full(
     box: Scene, grid: Grid, picture: Picture, monkeypatch: pytest.MonkeyPatch, medium: str, phase: str, camera: str
 ) -> None:
     keys = {"albedo": [0.95, 0.8, 0.6], "phase": PHASES[phase]}
-    volume = grid(noise(5, 4, 6), scale=6, **keys) if medium == "grid" else constant(cuboid(), 3, **keys)
+    volume = constant(cuboid(), 3, **keys) if medium == "constant" else grid(noise(5, 4, 6), scale=6, **keys)
     scene = random_walk(box, volumes=[volume], lights=[*box["lights"], BEAM])
+    scene["majorant"] = {"kind": "grid", "resolution": 3} if medium == "cells" else {"kind": "global"}
     scene["camera"] = CAMERAS.get(camera, box["camera"])
     simple, few = picture(scene, 512), picture(scene, 4)
     monkeypatch.setattr(volumetric_path, "suits", lambda *_: False)

@@ -10,7 +10,7 @@ import pytest
 
 from woodcock.formats import Grid
 from woodcock.plan import lay_out, settled
-from woodcock.scene import Scene, parse
+from woodcock.scene import GlobalMajorant, GridMajorant, Scene, parse
 
 N = 48
 
@@ -38,6 +38,14 @@ def sparse(file: str, name: str | None) -> Grid:
     return Grid("density", values, np.diag([1 / N, 1 / N, 1 / N, 1]), placed=True)
 
 
+def shells(file: str, name: str | None) -> Grid:
+    """Thin shells, dense inside: the finer the cells, the fewer the null collisions."""
+    z, y, x = np.meshgrid(*[np.arange(N) - N / 2] * 3, indexing="ij")
+    distance = np.sqrt(x**2 + y**2 + z**2)
+    values = np.where(distance < N / 2, np.exp(-distance / 3), 0).astype(np.float32)
+    return Grid("density", values, np.diag([1 / N, 1 / N, 1 / N, 1]), placed=True)
+
+
 @pytest.mark.parametrize(
     ("grid", "scale", "kind"),
     [(even, 1.0, "global"), (even, 1000.0, "global"), (sparse, 1.0, "global"), (sparse, 1000.0, "grid")],
@@ -54,10 +62,12 @@ def test_what_a_scene_names_is_kept() -> None:
     assert settled(asked, sparse) is asked
 
 
-def test_the_small_loop_is_worth_some_steps() -> None:
-    """15 mean free paths are too few to leave it; a scene that it does not suit walks from cell to cell."""
-    thin = scene(15 * 1.5)  # the mean chord of a cube is 2/3 of its side
-    assert settled(thin, sparse).majorant == settled(thin, even).majorant
-    full = settled(scene(15 * 1.5, orders=1), sparse).majorant
-    assert full is not None
-    assert full.kind == "grid"
+def test_denser_media_get_finer_cells() -> None:
+    """A crossing costs the same in all of them, null collisions grow with σ_t."""
+    found = [settled(scene(scale), shells).majorant for scale in (1.0, 20.0, 500.0, 3000.0)]
+    assert found == [GlobalMajorant(), *(GridMajorant(resolution=resolution) for resolution in (8, 16, 32))]
+
+
+def test_either_majorant_leaves_a_plain_scene_to_the_small_loop() -> None:
+    for scale in (1.0, 1000.0):
+        assert lay_out(scene(scale), sparse).integrator == "volumetric_path"

@@ -21,7 +21,8 @@ from woodcock.scene import Scene
 MAJORANTS: dict[str, dict[str, Any]] = {
     "small loop": {},
     "global": {"orders": 0},
-    "grid": {"majorant": {"kind": "grid", "resolution": 3}},
+    "small loop through cells": {"majorant": {"kind": "grid", "resolution": 3}},
+    "grid": {"orders": 0, "majorant": {"kind": "grid", "resolution": 3}},
 }
 
 

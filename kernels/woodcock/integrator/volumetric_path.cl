@@ -18,8 +18,6 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->origin = vector_pick(p->origin, vector_along(local_anchor, near, along), begin);
     p->direction = vector_pick(p->direction, direction, begin);
     p->along = vector_pick(p->along, along, begin);
-    p->t = pick(p->t, (real)0.f, begin);
-    p->t_low = pick(p->t_low, (real)0.f, begin);
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
@@ -29,31 +27,33 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     const uint lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
     const int width = world->scene->film.width;
     const integer y = pixel / width, x = pixel - y * width;
-    const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 
-    // Every lane starts its pixel's first sample.
-    path p;
+    // Every lane starts its pixel's first sample; paths and flights start at one place, which is inlined.
+    path p = {{(word)0u}};
+    flight f = {0};
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;
     p.random.dimension = (word)0u;
     p.random.seed = world->scene->film.seed;
-    mask live = (mask)-1;
-    path_begin(&p, world, x, y, live);
+    mask live = (mask)-1, begin = live, fresh = live;
     next_event event = {0};
     moments sums[CHANNELS] = {{0}};
     audit found = {0};
     const word last = (word)(first + samples - 1u);
 
     while (some(live)) {
+        if (some(begin)) path_begin(&p, world, x, y, begin);
+        if (some(fresh)) flight_start(&f, &p, world, fresh);
+        begin = fresh = (mask)0;
+
         // Tentative collision, of a flight or of a shadow walk.
         words w = rng_next(&p.random, (mask)-1);
         real u, depth = rng_flight(&p.random, w, &u);
-        path_advance(&p, depth * mean_free_path);
-        mask escape = test(p.t >= p.t_exit);
+        mask escape = flight_step(&f, &p, world, depth);
         vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
-        real density = volume_density(world, at, w);
-        audit_majorant(&found, density, spectrum_max(p.throughput), live & test(density > 1.000001f));
+        real density = flight_density(&f, world, at, w);
+        audit_majorant(&found, density, spectrum_max(p.throughput), live & ~escape & test(density > 1.000001f));
         mask flying = live & ~next_event_walking(&event);
         mask collide = free_flight_collides(density, u) & ~escape & flying;
         mask leave = escape & flying;
@@ -73,9 +73,8 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
-        p.t = pick(p.t, (real)0.f, collide | scatter);
-        p.t_low = pick(p.t_low, (real)0.f, collide | scatter);
-        p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
+        fresh = collide | scatter;
+        p.t_exit = pick(p.t_exit, flight_exit(world, &p), fresh);
 
         // End of the path: the environment, the film, the next sample of the pixel.
         mask end = leave | dead;
@@ -93,7 +92,8 @@ static inline void volumetric_path(const struct world *world, __global float *fi
                 moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
             live &= ~(end & test(p.random.sample == last));
             p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
-            path_begin(&p, world, x, y, end);
+            begin = end;
+            fresh |= end;
         }
     }
 

@@ -12,6 +12,8 @@ import numpy as np
 
 from woodcock.layers import layer_names
 from woodcock.layout import Buffers, Kinds, Layout, Read, Record, coloured, instances, module
+from woodcock.majorant import grid as majorant_grid
+from woodcock.majorant.grid import Bounded
 from woodcock.program import file_of
 from woodcock.scene import (
     BoxFilter,
@@ -19,6 +21,8 @@ from woodcock.scene import (
     ConstantVolume,
     DeltaFreeFlight,
     GlobalMajorant,
+    GridMajorant,
+    GridVolume,
     HenyeyGreensteinPhase,
     RatioTransmittance,
     Scene,
@@ -55,13 +59,14 @@ def suits(scene: Scene, read: Read) -> bool:
         and not sharp
         and scene.camera.kind in CAMERAS
         and all(light.kind in LIGHTS for light in scene.lights)
-        and scene.majorant == GlobalMajorant()
+        and (scene.majorant == GlobalMajorant() or isinstance(volume, GridVolume))
         and scene.film.filter == BoxFilter()
     )
 
 
 class _Medium(NamedTuple):
-    """A volume, read: size, its extent in local space; bound, on σ_t; record, its numbers in a space."""
+    """A volume, read: size, its extent in local space; bound, on σ_t; record, its numbers in a space; bounded, what a
+    majorant of cells needs of it."""
 
     kinds: Kinds
     to_scene: Array
@@ -69,6 +74,19 @@ class _Medium(NamedTuple):
     bound: float
     record: Callable[[Space], dict[str, Any]]
     buffers: Buffers
+    bounded: Bounded | None = None
+
+    def facts(self, volume: Volume) -> dict[str, Any]:
+        """What the report says of the medium."""
+        scatters, coloured = self.bound > 0 and np.max(volume.albedo) > 0, np.size(volume.albedo) > 1
+        return {
+            "kind": volume.kind,
+            "sigma_t": [self.bound],
+            "storage": {"density": {"kind": self.kinds["storage"][0], "error": 0.0}} if self.bounded else {},
+            "emits": False,
+            "scatters": bool(scatters),
+            "coloured": coloured,
+        }
 
     def corners(self) -> Array:
         """(8, 3), in the scene."""
@@ -87,14 +105,39 @@ def _medium(volume: Volume, read: Read) -> _Medium:
     grid = read(volume.file, volume.grid)
     largest, storage = kind.check(grid, volume.file), kind.storage(grid.values)
     assert isinstance(volume.scale, float)
+    place, size = kind.to_scene(volume, grid), grid.values.shape[::-1]
     return _Medium(
         {"storage": (storage,), "volume": ("grid",), "free_flight": ("delta",), "transmittance": ("ratio",)},
-        kind.to_scene(volume, grid),
-        grid.values.shape[::-1],
+        place,
+        size,
         volume.scale * largest,
         lambda space: kind.record(volume, grid, largest, space),
         {"density": kind.bricks(grid.values, storage)},
+        Bounded(lambda a, b: grid.values[a:b].astype(np.float32, copy=False), volume.scale, size, 1.0, place),
     )
+
+
+class _Majorant(NamedTuple):
+    """Its record and buffers, and what densities are relative to: σ_t of the largest under one bound; 1 / length of the
+    device under one for each cell."""
+
+    record: Record
+    buffers: Buffers
+    relative: float
+
+
+def _majorant(scene: Scene, medium: _Medium, space: Space) -> _Majorant:
+    if not isinstance(scene.majorant, GridMajorant) or medium.bounded is None:
+        kind = module("majorant", "global")
+        return _Majorant(
+            Record("majorant", "global", "majorant", kind.FIELDS, kind.record(medium.bound, space)), {}, 1.0
+        )
+    cells = majorant_grid.counts(medium.size, scene.majorant.resolution)
+    error = majorant_grid.MARGIN * float(np.ldexp(1.0, space.length_exponent))  # the device's space is about one long
+    bounds = majorant_grid.buffers(majorant_grid.bounds(medium.bounded, cells, error), space)["bounds"]
+    values = majorant_grid.record(cells, np.array(medium.size, float))
+    record = Record("majorant", "grid", "majorant", majorant_grid.FIELDS, values)
+    return _Majorant(record, {"majorant_grid_bounds": bounds}, space.coefficient(medium.bound))
 
 
 def lay_out(scene: Scene, read: Read) -> Layout:
@@ -106,14 +149,15 @@ def lay_out(scene: Scene, read: Read) -> Layout:
 
     film = {"width": scene.film.width, "height": scene.film.height, "seed": scene.seed}
     camera, aspect = module("camera", scene.camera.kind), scene.film.width / scene.film.height
-    bound = module("majorant", "global").record(medium.bound, space)
+    majorant, numbers = _majorant(scene, medium, space), medium.record(space)
+    numbers |= {name: number * majorant.relative for name, number in numbers.items() if name == "relative"}
     phase = module("phase", volume.phase.kind)
     lights, _ = instances("light", ((f"light_{i}", light) for i, light in enumerate(scene.lights)), space)
     records = [
         Record("film", "", "film", {"width": "int", "height": "int", "seed": "uint"}, film),
         Record("camera", scene.camera.kind, "camera", camera.FIELDS, camera.record(scene.camera, aspect, space)),
-        Record("volume", volume.kind, "volume", module("volume", volume.kind).FIELDS, medium.record(space)),
-        Record("majorant", "global", "majorant", module("majorant", "global").FIELDS, bound),
+        Record("volume", volume.kind, "volume", module("volume", volume.kind).FIELDS, numbers),
+        majorant.record,
         Record("phase", volume.phase.kind, "phase", phase.FIELDS, phase.record(volume.phase)),
         *lights,
     ]
@@ -122,7 +166,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         "integrator": ("volumetric_path",),
         "camera": (scene.camera.kind,),
         **medium.kinds,
-        "majorant": ("global",),
+        "majorant": (majorant.record.kind,),
         "phase": (volume.phase.kind,),
         "light": tuple(dict.fromkeys(light.kind for light in scene.lights)),
     }
@@ -137,11 +181,35 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         channels=channels,
         names=layer_names(scene, channels),
         records=tuple(records),
-        buffers=medium.buffers,
+        buffers={**medium.buffers, **majorant.buffers},
         space=space,
         before_world=tuple(files),
-        after_world=(_dispatch(kinds, medium.buffers, lights), "core/path.h", next_event),
+        facts={"media": [medium.facts(volume)]},
+        after_world=(
+            _dispatch(kinds, medium.buffers, lights),
+            f"integrator/flight_{majorant.record.kind}.h",
+            next_event,
+        ),
     )
+
+
+_MAJORANTS = {
+    "global": """\
+static inline real majorant_mean_free_path(const struct world *world) {
+    return majorant_global_mean_free_path(&world->scene->majorant);
+}
+""",
+    "grid": """\
+static inline void majorant_start(const struct world *world, vector origin, vector along, real far,
+                                  majorant_walk *walk, mask chosen) {
+    majorant_grid_start(&world->scene->majorant, world->majorant_grid_bounds, origin, along, (real)0.f, far, walk,
+                        chosen);
+}
+static inline mask majorant_step(const struct world *world, majorant_walk *walk, real depth) {
+    return majorant_grid_step(&world->scene->majorant, world->majorant_grid_bounds, walk, depth, (mask)-1);
+}
+""",
+}
 
 
 def _dispatch(kinds: Kinds, grids: Buffers, lights: list[Record]) -> str:
@@ -170,9 +238,7 @@ static inline spectrum volume_albedo(const struct world *world) {{
 static inline real volume_density(const struct world *world, vector p, words w) {{
     return volume_{volume}_density(&world->scene->volume, {buffers}p, w);
 }}
-static inline real majorant_mean_free_path(const struct world *world) {{
-    return majorant_{majorant}_mean_free_path(&world->scene->majorant);
-}}
+{_MAJORANTS[majorant]}\
 static inline mask free_flight_collides(real density, real u) {{ return free_flight_{flight}_collides(density, u); }}
 static inline vector phase_sample(const struct world *world, vector in, real u, real v) {{
     return phase_{phase}_sample(&world->scene->phase, in, u, v);
@@ -181,13 +247,15 @@ static inline spectrum light_radiance(const struct world *world, vector directio
 """
     if sampled:
         (transmittance,) = kinds["transmittance"]
+        # Of cells no transmittance asks for one.
+        free_path = "majorant_mean_free_path(world)" if majorant == "global" else "(real)0.f"
         text += f"""\
 static inline real phase_eval(const struct world *world, vector in, vector out) {{
     return phase_{phase}_eval(&world->scene->phase, in, out);
 }}
 static inline mask transmittance_step(const struct world *world, real *value, real density, real length, mask escape,
                                       real u) {{
-    return transmittance_{transmittance}_step(value, density, length, majorant_mean_free_path(world), escape, u);
+    return transmittance_{transmittance}_step(value, density, length, {free_path}, escape, u);
 }}
 {_light_sample(sampled)}"""
     return text

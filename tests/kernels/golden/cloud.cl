@@ -298,6 +298,36 @@ static inline vector phase_sample(const struct world *world, vector in, real u, 
     return phase_isotropic_sample(&world->scene->phase, in, u, v);
 }
 static inline spectrum light_radiance(const struct world *world, vector direction) { return light_constant_radiance(&world->scene->light_0, direction); }
+#line 1 "integrator/flight_global.h"
+// Flights of the small loop under one bound on σ_t.
+#line 1 "core/box.h"
+// A volume's bounds in its local space: from the origin to `size`.
+
+
+static inline real box_face(real o, real d, number size) {
+    return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
+}
+
+// Distance from a point inside to the face ahead; 0 or more.
+static inline real box_exit(vector3 size, vector o, vector d) {
+    real t = smaller(box_face(o.x, d.x, size.x), smaller(box_face(o.y, d.y, size.y), box_face(o.z, d.z, size.z)));
+    return larger(t, (real)0.f);
+}
+
+static inline void box_slab(real o, real d, number size, real *near, real *far) {
+    real a = -o / d, b = ((real)size - o) / d;
+    mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
+    *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));
+    *far = smaller(*far, pick(larger(a, b), (real)1e30f, parallel));
+}
+
+// Where a ray from outside or inside runs through the box: near < far if it does at all.
+static inline void box_clip(vector3 size, vector o, vector d, real *near, real *far) {
+    box_slab(o.x, d.x, size.x, near, far);
+    box_slab(o.y, d.y, size.y, near, far);
+    box_slab(o.z, d.z, size.z, near, far);
+}
+#line 3 "integrator/flight_global.h"
 #line 1 "core/path.h"
 // The state of a lane's path. Positions lie in the volume's local space and are kept relative to the last collision:
 // `origin` + `t` × `along`, so that small steps are never added to a large number. `t` is a length in the scene.
@@ -317,6 +347,23 @@ static inline void path_advance(path *p, real step) {
     real y = step + p->t_low, t = p->t + y;
     p->t_low = y - (t - p->t);
     p->t = t;
+}
+#line 4 "integrator/flight_global.h"
+typedef struct { int unused; } flight;
+
+static inline real flight_exit(const struct world *world, const path *p) {
+    return box_exit(volume_size(world), p->origin, p->along);
+}
+static inline void flight_start(flight *f, path *p, const struct world *world, mask chosen) {
+    p->t = pick(p->t, (real)0.f, chosen);
+    p->t_low = pick(p->t_low, (real)0.f, chosen);
+}
+static inline mask flight_step(flight *f, path *p, const struct world *world, real depth) {
+    path_advance(p, depth * majorant_mean_free_path(world));
+    return test(p->t >= p->t_exit);
+}
+static inline real flight_density(const flight *f, const struct world *world, vector at, words w) {
+    return volume_density(world, at, w);
 }
 #line 1 "integrator/no_next_event.h"
 // Next-event estimation in a scene whose lights are all met on escape: a collision scatters at once.
@@ -372,34 +419,7 @@ static inline void audit_store(const audit *a, __global uint *faults, size_t pla
     store_bits(a->excess, faults + 6 * plane);
 }
 #line 4 "integrator/volumetric_path.cl"
-#line 1 "core/box.h"
-// A volume's bounds in its local space: from the origin to `size`.
 
-
-static inline real box_face(real o, real d, number size) {
-    return pick((pick((real)0.f, (real)size, test(d > 0.f)) - o) / d, (real)1e30f, test(d == 0.f));
-}
-
-// Distance from a point inside to the face ahead; 0 or more.
-static inline real box_exit(vector3 size, vector o, vector d) {
-    real t = smaller(box_face(o.x, d.x, size.x), smaller(box_face(o.y, d.y, size.y), box_face(o.z, d.z, size.z)));
-    return larger(t, (real)0.f);
-}
-
-static inline void box_slab(real o, real d, number size, real *near, real *far) {
-    real a = -o / d, b = ((real)size - o) / d;
-    mask parallel = test(d == 0.f), outside = parallel & (test(o < 0.f) | test(o > (real)size));
-    *near = larger(*near, pick(pick(smaller(a, b), (real)-1e30f, parallel), (real)1e30f, outside));
-    *far = smaller(*far, pick(larger(a, b), (real)1e30f, parallel));
-}
-
-// Where a ray from outside or inside runs through the box: near < far if it does at all.
-static inline void box_clip(vector3 size, vector o, vector d, real *near, real *far) {
-    box_slab(o.x, d.x, size.x, near, far);
-    box_slab(o.y, d.y, size.y, near, far);
-    box_slab(o.z, d.z, size.z, near, far);
-}
-#line 5 "integrator/volumetric_path.cl"
 #line 1 "core/moments.h"
 // Sum and sum of squares of a pixel's samples as unevaluated pairs of floats (about 48 bits): a range of samples gives
 // the same numbers, to the rounding of a float64 sum, however it is cut. Two-sum: Knuth; fast two-sum: Dekker (1971).
@@ -440,8 +460,6 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->origin = vector_pick(p->origin, vector_along(local_anchor, near, along), begin);
     p->direction = vector_pick(p->direction, direction, begin);
     p->along = vector_pick(p->along, along, begin);
-    p->t = pick(p->t, (real)0.f, begin);
-    p->t_low = pick(p->t_low, (real)0.f, begin);
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
@@ -451,31 +469,33 @@ static inline void volumetric_path(const struct world *world, __global float *fi
     const uint lane0 = get_global_id(0) * LANES, pixels = get_global_size(0) * LANES;
     const int width = world->scene->film.width;
     const integer y = pixel / width, x = pixel - y * width;
-    const real mean_free_path = majorant_mean_free_path(world);
     const spectrum albedo = volume_albedo(world);
 
-    // Every lane starts its pixel's first sample.
-    path p;
+    // Every lane starts its pixel's first sample; paths and flights start at one place, which is inlined.
+    path p = {{(word)0u}};
+    flight f = {0};
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;
     p.random.dimension = (word)0u;
     p.random.seed = world->scene->film.seed;
-    mask live = (mask)-1;
-    path_begin(&p, world, x, y, live);
+    mask live = (mask)-1, begin = live, fresh = live;
     next_event event = {0};
     moments sums[CHANNELS] = {{0}};
     audit found = {0};
     const word last = (word)(first + samples - 1u);
 
     while (some(live)) {
+        if (some(begin)) path_begin(&p, world, x, y, begin);
+        if (some(fresh)) flight_start(&f, &p, world, fresh);
+        begin = fresh = (mask)0;
+
         // Tentative collision, of a flight or of a shadow walk.
         words w = rng_next(&p.random, (mask)-1);
         real u, depth = rng_flight(&p.random, w, &u);
-        path_advance(&p, depth * mean_free_path);
-        mask escape = test(p.t >= p.t_exit);
+        mask escape = flight_step(&f, &p, world, depth);
         vector at = vector_along(p.origin, pick(p.t, p.t_exit, escape), p.along);
-        real density = volume_density(world, at, w);
-        audit_majorant(&found, density, spectrum_max(p.throughput), live & test(density > 1.000001f));
+        real density = flight_density(&f, world, at, w);
+        audit_majorant(&found, density, spectrum_max(p.throughput), live & ~escape & test(density > 1.000001f));
         mask flying = live & ~next_event_walking(&event);
         mask collide = free_flight_collides(density, u) & ~escape & flying;
         mask leave = escape & flying;
@@ -495,9 +515,8 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
-        p.t = pick(p.t, (real)0.f, collide | scatter);
-        p.t_low = pick(p.t_low, (real)0.f, collide | scatter);
-        p.t_exit = pick(p.t_exit, box_exit(volume_size(world), p.origin, p.along), collide | scatter);
+        fresh = collide | scatter;
+        p.t_exit = pick(p.t_exit, flight_exit(world, &p), fresh);
 
         // End of the path: the environment, the film, the next sample of the pixel.
         mask end = leave | dead;
@@ -515,7 +534,8 @@ static inline void volumetric_path(const struct world *world, __global float *fi
                 moments_add(&sums[c], pick((real)0.f, spectrum_channel(total, c), end & ~bad));
             live &= ~(end & test(p.random.sample == last));
             p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
-            path_begin(&p, world, x, y, end);
+            begin = end;
+            fresh |= end;
         }
     }
 

@@ -5,7 +5,7 @@ BIN := .venv/bin
 SOURCES := kernels server client tests
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check test-slow calibrate mutants studies bench clean packages
+.PHONY: help demo test check test-slow calibrate mutants studies bench peers clean packages
 
 help:
 	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end;'
@@ -16,7 +16,8 @@ help:
 	@echo 'make calibrate   statistical tests with fresh seeds: are their p-values uniform? (SEED=text: those of an earlier run)'
 	@echo 'make mutants     deliberate bugs, one at a time: do the tests notice? (half an hour; SINS="word ...": some of them)'
 	@echo 'make studies     the pages of kernels/studies and their figures, written anew (DATA=folder: of larger scenes too)'
-	@echo 'make bench       timings'
+	@echo 'make bench       timings, and efficiency against the other renderers that are installed (benchmarks/)'
+	@echo 'make peers       Mitsuba 3, Blender Cycles and LuxCore for make bench, in .venv-peers (Cycles needs PYTHON=python3.11)'
 	@echo 'make clean       remove what the others made, the pictures in demo/ too'
 
 demo: .venv/installed
@@ -48,8 +49,16 @@ studies: .venv/installed-test
 bench: .venv/installed-test
 	$(BIN)/python -m pytest -m benchmark -s
 
+# Each on its own: one that has no wheel for this Python does not stop the others.
+peers:
+	@test -x .venv-peers/bin/python || $(PYTHON) -m venv .venv-peers
+	@for peer in mitsuba bpy==5.0.1 pyluxcore; do \
+	    .venv-peers/bin/pip install --quiet --disable-pip-version-check $$peer || \
+	        echo "$$peer cannot be installed here and will be skipped"; \
+	done
+
 clean:
-	rm -rf .venv build dist demo .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-peers benchmarks build dist demo .mypy_cache .pytest_cache .ruff_cache
 	find $(SOURCES) -name __pycache__ -prune -exec rm -rf {} +
 
 # An editable installation; again whenever pyproject.toml changes.

@@ -174,3 +174,27 @@ def test_intensities_in_other_units_give_the_same_picture() -> None:
         kind = module("light", light.kind)
         brighter = light.model_copy(update={"intensity": 20})
         assert np.array_equal(kind.record(light, small)["intensity"], kind.record(brighter, large)["intensity"])
+
+
+@pytest.mark.parametrize("cutoff", [3, 30, 60, 89])
+def test_a_spots_span_is_where_its_light_is(context: Context, lanes: int, rng: Rng, cutoff: float) -> None:
+    """Rays and points on them by chance: those in the span are in the cone, and no other."""
+    kind, length, count = module("light", "spot"), 3.0, 4096
+    light = SpotLight(position=(0.1, 0.2, -0.1), target=(0.4, 0.9, 0.3), intensity=1, cutoff=cutoff)
+    random = rng(11)
+    origin, direction = random.uniform(-1, 1, (count, 3)), random.normal(size=(count, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    inputs = {f"o{axis}": origin[:, i].astype(np.float32) for i, axis in enumerate("xyz")}
+    inputs |= {f"d{axis}": direction[:, i].astype(np.float32) for i, axis in enumerate("xyz")}
+    body = f"""vector o = vector_of(ox, oy, oz), d = vector_of(dx, dy, dz);
+    real near = (real)0.f, far = (real){length}f;
+    light_spot_span(kind, o, d, &near, &far);"""
+    near, far = call(context, "light", light, kind.record(light, Space()), body, ["near", "far"], inputs, lanes)
+    t = random.uniform(0, length, count)
+    x = origin + t[:, None] * direction - np.array(light.position)
+    lit = x @ kind.axis(light) > np.cos(np.radians(cutoff)) * np.linalg.norm(x, axis=1)
+    # Rounding moves the ends; where they lie between is not known to 1e-3.
+    sure = np.minimum(abs(t - near), abs(t - far)) > 1e-3
+    assert sure.mean() > 0.99
+    assert np.array_equal(lit[sure], ((near <= t) & (t <= far))[sure])
+    assert 0 < lit.sum() < count

@@ -35,7 +35,10 @@ LAMP = {
 
 #: Scenes, and which of the loop's parts come in two forms they need.
 SCENES: dict[str, tuple[dict[str, Any], set[str]]] = {
-    "grid": ({"volumes": [GRID], "majorant": {"kind": "grid"}, "lights": [SKY]}, {"grids", "grey"}),
+    "grid": (
+        {"volumes": [GRID | {"interpolation": "nearest"}], "majorant": {"kind": "grid"}, "lights": [SKY]},
+        {"grids", "grey"},
+    ),
     "two media": ({"volumes": [GRID, BALL], "lights": [SKY]}, {"grids", "grey"}),
     "colour": ({"volumes": [BALL | {"sigma_t": [1, 2, 3]}], "lights": [SKY]}, {"spectral_mis"}),
     "fog": ({"volumes": [BALL], "lights": [POINT]}, {"grey", "next_event", "equiangular"}),

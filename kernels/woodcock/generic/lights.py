@@ -93,7 +93,7 @@ def text() -> str:
         if kind in SAMPLED:
             found = f"spectrum_scale({found}, pdf / (pdf + {_call(kind, 'pdf', 'direction')} * LIGHT_CHANCE))"
         escape += _each(kind, f"        sum = spectrum_add(sum, {found});\n")
-    choices, where, samples = "", "", ""
+    choices, where, spans, samples = "", "", "", ""
     for kind in SAMPLED:
         place = "        place = pick(place, (integer)points++, chosen & locally);\n"
         choices += _each(
@@ -109,8 +109,21 @@ def text() -> str:
     for kind in LOCAL:
         position = f"vector_uniform(world->scene->light_{kind}[i].position)"
         where += _each(kind, f"        place = vector_pick(place, {position}, test(light == at++));\n")
+        if module("light", kind).SPANS:
+            spans += _each(
+                kind,
+                f"""\
+        low = *near, high = *far;
+        light_{kind}_span(&world->scene->light_{kind}[i], origin, direction, &low, &high);
+        chosen = test(light == at++);
+        *near = pick(*near, low, chosen);
+        *far = pick(*far, high, chosen);
+""",
+            )
+        else:
+            spans += _each(kind, "        ++at;\n")
         samples += _each(kind, f"        {_sample(kind)}\n        light_take(s, &other, test(light == at++));\n")
-    return _TEXT.format(escape=escape, choices=choices, where=where, samples=samples)
+    return _TEXT.format(escape=escape, choices=choices, where=where, spans=spans, samples=samples)
 
 
 _TEXT = """\
@@ -154,6 +167,12 @@ static inline vector light_place(const struct world *world, integer light) {{
     int at = 0;
 {where}    return place;
 }}
+static inline void light_place_span(const struct world *world, integer light, vector origin, vector direction,
+                                    real *near, real *far) {{
+    int at = 0;
+    real low, high;
+    mask chosen;
+{spans}}}
 static inline void light_place_sample(const struct world *world, integer light, vector from, light_sample *s) {{
     const real v = (real)0.f, w = (real)0.f;
     int at = 0;

@@ -9,6 +9,8 @@ FIELDS = {"position": "vector3", "intensity": "colour"}
 ON_ESCAPE = False
 SAMPLED = True
 LOCAL = True
+#: Is there light along a part of a ray only?
+SPANS = False
 
 
 def strength(light: PointLight) -> Array:

@@ -20,3 +20,21 @@ static inline void light_spot_sample(__constant const struct light_spot *light, 
     s->weight = spectrum_scale(spectrum_uniform(light->intensity), light_spot_falloff(light, away) * inverse * inverse);
     s->pdf = (real)0.f;
 }
+
+// Narrows a segment to where it runs through the cone; near > far where it does not. With x = q + t d from the tip, it is in the
+// cone where a·x >= 0 and (a·x)² >= cos² x², a quadratic in t.
+static inline void light_spot_span(__constant const struct light_spot *light, vector origin, vector direction, real *near, real *far) {
+    vector axis = vector_uniform(light->axis), q = vector_along(origin, (real)-1.f, vector_uniform(light->position));
+    real cosine = (real)(1.f - light->cutoff), squared = cosine * cosine;
+    real height = vector_dot(axis, q), along = vector_dot(axis, direction);
+    real a = along * along - squared, b = height * along - squared * vector_dot(q, direction);
+    real c = height * height - squared * vector_dot(q, q), discriminant = b * b - a * c;
+    real k = -b - copysign(sqrt(larger(discriminant, (real)0.f)), b), one = k / a, other = c / k;
+    real low = smaller(one, other), high = larger(one, other);
+    // Flat rays are inside between the roots, if that is before the tip; steep ones beyond the one that lies there.
+    mask flat = test(a < 0.f), ahead = test(along > 0.f);
+    mask missed = flat & (test(discriminant < 0.f) | test(height + along * 0.5f * (low + high) < 0.f));
+    *near = pick(*near, larger(*near, pick(high, low, flat)), flat | ahead);
+    *far = pick(*far, smaller(*far, pick(low, high, flat)), flat | ~ahead);
+    *far = pick(*far, *near - 1.f, missed);
+}

@@ -13,6 +13,8 @@ FIELDS = {"position": "vector3", "axis": "vector3", "intensity": "colour", "cuto
 ON_ESCAPE = False
 SAMPLED = True
 LOCAL = True
+#: Is there light along a part of a ray only?
+SPANS = True
 
 
 def strength(light: SpotLight) -> Array:

@@ -10,9 +10,15 @@ static inline real equiangular_rival(const path *p, const struct world *world, r
     return coefficient_mean(coefficient_multiply(sigma_t, survival)) * LIGHT_CHANCE;
 }
 
+// Where the segment runs through constant media that the light reaches.
+static inline void equiangular_span(const path *p, const struct world *world, integer light, real *near, real *far) {
+    clocks_span(world, p, near, far);
+    light_place_span(world, light, p->origin, p->direction, near, far);
+}
+
 static inline real equiangular_density(const path *p, const struct world *world, integer light, real t) {
     real near, far;
-    clocks_span(world, p, &near, &far);
+    equiangular_span(p, world, light, &near, &far);
     return equiangular_pdf(p->origin, p->direction, light_place(world, light), near, far, t) * PLACE_CHANCE;
 }
 
@@ -32,9 +38,9 @@ static inline mask equiangular_start(path *p, const struct world *world, mask fl
     if (!some(chosen)) return (mask)0;
     p->asked |= chosen;
     words w = rng_next(&p->random, chosen);
-    real near, far;
-    clocks_span(world, p, &near, &far);
     integer light = to_integer(unit(w.x) / PLACE_CHANCE);
+    real near, far;
+    equiangular_span(p, world, light, &near, &far);
     real t = equiangular_sample(p->origin, p->direction, light_place(world, light), near, far, unit(w.y));
     integer medium;
     coefficient own, sigma_t = clocks_sigma_t(world, p, t, unit(w.z), &medium, &own);

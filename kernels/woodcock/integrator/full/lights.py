@@ -81,10 +81,18 @@ static inline integer light_choose(const struct world *world, vector from, real 
 def places(lights: Sequence[Record]) -> str:
     """The points of light, for equiangular sampling."""
     local = [light for light in lights if module("light", light.kind).LOCAL]
-    where, sample = "", ""
+    where, sample, spans = "", "", ""
     for index, light in enumerate(local):
         position = f"vector_uniform(world->scene->{light.member}.position)"
         where += f"    place = vector_pick(place, {position}, test(light == {index}));\n"
+        if module("light", light.kind).SPANS:
+            call = f"light_{light.kind}_span(&world->scene->{light.member}, origin, direction, &low, &high);"
+            spans += f"""\
+    low = *near, high = *far;
+    {call}
+    *near = pick(*near, low, test(light == {index}));
+    *far = pick(*far, high, test(light == {index}));
+"""
         sample += f"""\
     {_sample(light, "&other")}
     s->towards = vector_pick(s->towards, other.towards, test(light == {index}));
@@ -97,6 +105,11 @@ static inline vector light_place(const struct world *world, integer light) {{
     vector place = vector_of((real)0.f, (real)0.f, (real)0.f);
 {where}    return place;
 }}
+// The part of a segment that the light can reach: near > far if there is none.
+static inline void light_place_span(const struct world *world, integer light, vector origin, vector direction,
+                                    real *near, real *far) {{
+    real low, high;
+{spans}}}
 static inline void light_place_sample(const struct world *world, integer light, vector from, light_sample *s) {{
     const real v = (real)0.f, w = (real)0.f;
     light_sample other;

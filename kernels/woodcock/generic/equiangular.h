@@ -1,4 +1,5 @@
 // Equiangular sampling, where the scene has points of light and every transmittance is known in closed form.
+#include "integrator/full/shadows_walked.h"
 #define equiangular_start equiangular_send
 #include "integrator/full/equiangular.h"
 #undef equiangular_start

@@ -32,7 +32,7 @@ static inline real equiangular_weight(const path *p, const struct world *world, 
     return pick((real)1.f, rival / (rival + density), place & test(rival > 0.f));
 }
 
-// Sends flights that set out on a walk to a light, from a vertex of their segment.
+// Asks a light for flights that set out, from a vertex of their segment; returns those that wait for the answer.
 static inline mask equiangular_start(path *p, const struct world *world, mask flying) {
     mask chosen = flying & ~p->asked;
     if (!some(chosen)) return (mask)0;
@@ -53,13 +53,6 @@ static inline mask equiangular_start(path *p, const struct world *world, mask fl
     spectrum scattered = spectrum_attenuate(p->throughput, coefficient_multiply(own, survival));
     scattered = spectrum_multiply(scattered, media_albedo(world, medium, at, w));
     spectrum arriving = spectrum_scale(spectrum_multiply(scattered, sample.weight), phase / (density + rival));
-    mask walk = chosen & test(near < far) & test(medium >= 0) & test(density > 0.f) & test(spectrum_max(arriving) > 0.f);
-    p->position = vector_pick(p->position, p->origin, walk);
-    p->incoming = vector_pick(p->incoming, p->direction, walk);
-    p->inside_there = pick(p->inside_there, p->inside, walk);
-    p->light = spectrum_pick(p->light, arriving, walk);
-    p->aside |= walk;
-    walk_start(p, sample.towards, sample.distance, walk);
-    p->origin = vector_pick(p->origin, at, walk);
-    return walk;
+    mask lit = chosen & test(near < far) & test(medium >= 0) & test(density > 0.f) & test(spectrum_max(arriving) > 0.f);
+    return shadow_cast_aside(p, world, at, &sample, arriving, lit);
 }

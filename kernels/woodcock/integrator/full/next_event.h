@@ -1,5 +1,5 @@
-// Next-event estimation: a walk from every vertex towards a light, weighed against finding that light by chance with the
-// balance heuristic (Veach & Guibas 1995).
+// Next-event estimation: from every vertex towards a light, weighed against finding that light by chance with the balance
+// heuristic (Veach & Guibas 1995). shadows_*.h tell what is lost on the way.
 static inline mask next_event_start(path *p, const surface_state *s, const struct world *world, mask vertex) {
     if (!some(vertex)) return (mask)0;
     words w = rng_next(&p->random, vertex);
@@ -12,11 +12,7 @@ static inline mask next_event_start(path *p, const surface_state *s, const struc
     real weight = pick((real)1.f, sample.pdf / (sample.pdf + pdf), test(sample.pdf > 0.f));
     weight *= equiangular_weight(p, world, light, vertex & ~at_surface);
     spectrum arriving = spectrum_scale(spectrum_multiply(spectrum_multiply(p->throughput, value), sample.weight), weight);
-    mask walk = vertex & test(spectrum_max(arriving) > 0.f);
-    p->light = spectrum_pick(p->light, arriving, walk);
-    walk_start(p, sample.towards, sample.distance, walk);
-    surfaces_depart(s, p, world, walk & at_surface);
-    return walk;
+    return shadow_cast(p, s, world, &sample, arriving, vertex & test(spectrum_max(arriving) > 0.f), at_surface);
 }
 
 static inline void next_event_arrive(path *p, mask arrived) {

@@ -61,6 +61,13 @@ class Uses:
         return self.next_event or not {"transmittance", "optical_depth"}.isdisjoint(self.scene.layers)
 
     @property
+    def open(self) -> bool:
+        """Is all that lies between a vertex and a light constant media and surfaces that let nothing pass?"""
+        passing = any(surface.material.kind == "null" for surface in self.scene.surfaces)
+        meshes = any(isinstance(volume, ConstantVolume) and volume.shape.kind == "mesh" for volume in self.volumes)
+        return not (self.grids or self.layers or passing or meshes)
+
+    @property
     def free_flight(self) -> str:
         """Through grids."""
         return self.scene.free_flight.kind if self.scene.free_flight and self.grids else "delta"
@@ -100,6 +107,7 @@ def of(uses: Uses) -> list[str]:
         *([lights.choose(uses.lights, uses.shining)] if uses.next_event else []),
         *([lights.surface_pdf(uses.shining)] if uses.surfaces else []),
         _form("surfaces", uses.surfaces),
+        *([f"integrator/full/shadows_{'exact' if uses.open else 'walked'}.h"] if uses.next_event else []),
         *([lights.places(uses.lights), media.spans(uses.volumes)] if uses.equiangular else []),
         _form("equiangular", uses.equiangular),
         _form("next_event", uses.next_event),

@@ -61,9 +61,12 @@ def test_every_subject_has_cases_of_its_own_name() -> None:
 
 @pytest.mark.parametrize("loop", LOOPS)
 def test_the_loops_are_two(tmp_path: Path, loop: str) -> None:
+    """Under cells a grid is the small loop's, what is uniform the other's."""
     scenes = (scale._uniform(1.0, 1.0, LOOPS[loop], tmp_path), scale._uneven(1.0, 1.0, LOOPS[loop], tmp_path))
-    found = {lay_out(parse(json.dumps(scene)), read_file).integrator for scene in scenes}
-    assert found == {"volumetric_path_full" if LOOPS[loop] is FULL else "volumetric_path"}
+    layouts = [lay_out(parse(json.dumps(scene)), read_file) for scene in scenes]
+    many = LOOPS[loop] is FULL
+    assert [layout.integrator for layout in layouts] == ["volumetric_path" + "_full" * many, "volumetric_path"]
+    assert layouts[1].kinds["majorant"] == ("grid" if many else "global",)
 
 
 # What a device may get wrong

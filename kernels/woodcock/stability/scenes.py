@@ -17,7 +17,7 @@ Values = NDArray[np.generic]
 
 #: Random paths, also where nothing scatters.
 PATHS: Kind = {"integrator": {"kind": "volumetric_path"}}
-#: The same by the loop that knows everything: only that one has majorants of many cells.
+#: The same under majorants of many cells: grids by the same loop, all else by the one that knows everything.
 FULL: Kind = {**PATHS, "majorant": {"kind": "grid", "resolution": 8}, "seed": 8}
 LOOPS = {"paths": PATHS, "full loop": FULL}
 

@@ -510,8 +510,10 @@ static inline void moments_store(const moments *m, __global float *film, size_t 
 #line 6 "integrator/volumetric_path.cl"
 
 #line 1 "core/roulette.h"
-// The chance that a path of this largest weight goes on; a third is the least weight that does (README.md).
-static inline real roulette_chance(real weight) { return smaller(weight * 3.f, (real)1.f); }
+// The chance that a path of this largest weight goes on (README.md).
+static inline real roulette_chance(real weight) {
+    return pick((real)0.f, smaller(larger(weight * 3.f, (real)0.5f), (real)1.f), test(weight != 0.f));
+}
 #line 8 "integrator/volumetric_path.cl"
 
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.

@@ -15,14 +15,14 @@ SINS = (
     Sin(
         "roulette multiplies by the survival probability",
         SIMPLE,
-        "spectrum_scale(p.throughput, 1.f / chance)",
-        "spectrum_scale(p.throughput, chance)",
+        "spectrum_scale(p.throughput, (real)2.f)",
+        "spectrum_scale(p.throughput, (real)0.5f)",
         ("tests/analytic/test_half_space.py::test_plane_albedo",),
     ),
     Sin(
         "roulette does not weigh its survivors",
         FULL,
-        "spectrum_scale(p.throughput, 1.f / chance)",
+        "spectrum_scale(p.throughput, (real)2.f)",
         "p.throughput",
         ("tests/analytic/test_closed_forms.py::test_a_fog_that_glows",),
     ),

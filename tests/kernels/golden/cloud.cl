@@ -446,12 +446,6 @@ static inline void moments_store(const moments *m, __global float *film, size_t 
 }
 #line 6 "integrator/volumetric_path.cl"
 
-#line 1 "core/roulette.h"
-// The chance that a path of this largest weight goes on (README.md).
-static inline real roulette_chance(real weight) {
-    return pick((real)0.f, smaller(larger(weight * 3.f, (real)0.5f), (real)1.f), test(weight != 0.f));
-}
-#line 8 "integrator/volumetric_path.cl"
 
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
 static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
@@ -508,12 +502,12 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         mask scatter = next_event_step(&event, world, &p, density, escape, u);
         if (!some(collide | leave | scatter)) continue;
 
-        // Collision: absorb by weight; faint paths play roulette.
+        // Collision: absorb by weight; faint paths go on with probability 1/2.
         words v = rng_next(&p.random, collide | leave | scatter);
         p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
-        real chance = roulette_chance(spectrum_max(p.throughput));
-        mask dead = collide & test(unit(v.x) >= chance);
-        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, 1.f / chance), collide & ~dead);
+        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
+        mask dead = faint & (test(unit(v.x) < 0.5f) | test(spectrum_max(p.throughput) <= 0.f));
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
         p.origin = vector_pick(p.origin, at, collide);
         scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
 

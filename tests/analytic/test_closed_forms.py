@@ -75,6 +75,27 @@ def test_a_glow_before_and_behind_a_grid(box: Scene, grid: Grid, picture: Pictur
     agree((1, film), expected=emitted(inside), within=0.002)
 
 
+@pytest.mark.parametrize("free_flight", ["delta", "decomposition"])
+@pytest.mark.parametrize("scale", [0.3, 8, [20, 1, 4]])
+def test_a_glow_that_varies(box: Scene, grid: Grid, picture: Picture, scale: Any, free_flight: str) -> None:
+    """A black grid that shines more where it is thinner, also where it is empty, against a quadrature along the ray."""
+    density, glow = np.random.default_rng(7).random((2, 9)).astype(np.float32)
+    density[[2, 6]] = 0
+    file = grid(glow[:, None, None])["file"]
+    fire = grid(
+        density[:, None, None], scale=scale, albedo=0, to_world=slab(0, 1), emission={"kind": "grid", "file": file}
+    )
+    film = picture(
+        random_walk(seen_from(box, -1), volumes=[fire], lights=[], free_flight={"kind": free_flight}), 1 << 13
+    )
+
+    z = (np.arange(90000) + 0.5) / 90000
+    tau = np.interp(z * 9 - 0.5, np.arange(9), density)[:, None] * np.atleast_1d(scale)
+    tau = (np.cumsum(tau, axis=0) - tau / 2) / z.size
+    expected = np.interp(z * 9 - 0.5, np.arange(9), glow) @ np.exp(-tau) / z.size
+    agree((1, film), expected=expected, within=0.002)
+
+
 @pytest.mark.parametrize("kind", ["constant", "grid"])
 def test_media_scatter_by_their_share(box: Scene, grid: Grid, picture: Picture, kind: str) -> None:
     """The mean albedo of first collisions is Σ σ_s / Σ σ_t, for media of one place that differ in both."""

@@ -209,6 +209,27 @@ SINS = (
         ("tests/analytic/test_isothermal.py::test_of_everything",),
     ),
     Sin(
+        "emission along the way takes the share of collisions, too",
+        device(f"{PARTS}emission_shares.h"),
+        "coefficient_channel(share, c) = EMISSION_KAPPA /",
+        "coefficient_channel(share, c) = 2.f * EMISSION_KAPPA /",
+        ("tests/analytic/test_isothermal.py::test_of_everything",),
+    ),
+    Sin(
+        "emission where constant media collide forgotten",
+        FULL,
+        "emission_of_collision(&p, world, p.clock, clocks_own(world, p.clock), v, rung);",
+        "",
+        ("tests/analytic/test_isothermal.py::test_of_everything",),
+    ),
+    Sin(
+        "emission where grids collide found by other words than σ_t",
+        device(f"{PARTS}grids.h"),
+        "emission_of_collision(p, world, medium, own, w, collide);",
+        "emission_of_collision(p, world, medium, own, rng_next(&p->random, collide), collide);",
+        ("tests/analytic/test_closed_forms.py::test_a_glow_that_varies",),
+    ),
+    Sin(
         "a clock begins to run at the ray's origin",
         device(f"{PARTS}media.py"),
         "*t = near + flight;",

@@ -9,7 +9,23 @@ static inline spectrum media_albedo(const struct world *world, integer medium, v
     return albedo;
 }
 
-// ∫ ε along a piece of a segment, by a random point of what each medium has of it.
+static inline coefficient medium_sigma_t_there(const struct world *world, int i, vector p, words w) {
+    return world->scene->media[i].grid ? medium_sigma_t(world, i, p, w) : medium_sigma_t_exact(world, i, p);
+}
+
+// What medium `medium` emits where a flight collides with it, the share of collisions.
+static inline spectrum media_emitted(const struct world *world, integer medium, vector x, words w) {
+    spectrum sum = spectrum_grey((real)0.f);
+    for (int i = 0; i < world->scene->held.media; ++i) {
+        if (world->scene->media[i].emission == EMISSION_NONE) continue;
+        vector at = medium_local(world, i, x);
+        spectrum found = emission_collided(medium_emission(world, i, at), medium_sigma_t_there(world, i, at, w));
+        sum = spectrum_pick(sum, found, test(medium == i));
+    }
+    return sum;
+}
+
+// ∫ ε along a piece of a segment, its share, by a random point of what each medium has of it.
 static inline spectrum media_emission(const struct world *world, const path *p, real from, real from_low, real to,
                                       real to_low, words w) {
     spectrum sum = spectrum_grey((real)0.f);
@@ -27,7 +43,8 @@ static inline spectrum media_emission(const struct world *world, const path *p, 
         real length = far - near + pick((real)0.f, to_low, test(far == to));
         length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
         real t = near + unit(w.x) * length;
-        spectrum found = medium_emission(world, i, medium_local(world, i, vector_along(p->origin, t, p->direction)));
+        vector at = medium_local(world, i, vector_along(p->origin, t, p->direction));
+        spectrum found = emission_along(medium_emission(world, i, at), medium_sigma_t_there(world, i, at, w));
         found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
         sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
     }

@@ -91,6 +91,7 @@ def widen(scene: Scene, read: Read) -> Layout:
             phases.text(),
             filled.text,
             "generic/media.h",
+            "integrator/full/emission_shares.h",
             *surfaces.parts(),
             seen.text,
             "integrator/full/state.h",

@@ -95,6 +95,7 @@ static inline void volumetric_path_full(const struct world *world, __global floa
             p.position = vector_pick(p.position, vector_along(p.origin, p.end, p.direction), rung);
             p.medium = pick(p.medium, p.clock, rung);
             words v = rng_next(&p.random, rung);
+            emission_of_collision(&p, world, p.clock, clocks_own(world, p.clock), v, rung);
             path_collide(&p, clocks_own(world, p.clock), media_albedo(world, p.clock, p.position, v), rung);
         }
         mask met = surfaces_met(&s, arrived & ~rung), gone = arrived & ~rung & ~met;

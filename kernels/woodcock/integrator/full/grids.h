@@ -56,6 +56,7 @@ static inline void grids_step(path *p, const struct world *world, majorant_walk 
         p->position = vector_pick(p->position, vector_along(p->origin, walk->t, p->direction), collide);
         words v = rng_next(&p->random, collide);
         path_survive(p, world, walk->t, collide);
+        emission_of_collision(p, world, medium, own, w, collide);
         path_collide(p, own, media_albedo(world, medium, p->position, v), collide);
     }
 }

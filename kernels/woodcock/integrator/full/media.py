@@ -272,9 +272,9 @@ static inline spectrum media_albedo(const struct world *world, integer medium, v
 
 
 def emission(volumes: Sequence[Volume]) -> str:
-    """∫ ε along a piece of a segment, by a random point of what each medium has of it; where ε is linear in what a grid
-    stores, by one tap."""
-    parts = []
+    """ε by its two estimators: ∫ ε along a piece of a segment, by a random point of what each medium has of it, and at
+    a collision. Where ε is linear in what a grid stores, by one tap; both take taps of σ_t and ε by the same words."""
+    parts, met = [], []
     for i, volume in enumerate(volumes):
         if volume.emission is None:
             continue
@@ -287,23 +287,37 @@ def emission(volumes: Sequence[Volume]) -> str:
              affine_direction(&world->scene->medium_{i}.to_local, p->direction), &near, &far);
 """
         at = local(i, volume, "vector_along(p->origin, t, p->direction)")
-        emission = f"medium_{i}_emission(world, {at})"
+        call = f"medium_{i}_emission(world, at)"
         if isinstance(volume.emission, GridEmission):
-            emission = f"medium_{i}_emission_once(world, {at}, w)"
+            call = f"medium_{i}_emission_once(world, at, w)"
+        lookups = f"{call}, medium_{i}_sigma_t(world, at, w)"
+        met.append(f"""\
+    at = {local(i, volume, "x")};
+    found = emission_collided({lookups});
+    sum = spectrum_pick(sum, found, test(medium == {i}));
+""")
         parts.append(f"""\
 {clip}    length = far - near + pick((real)0.f, to_low, test(far == to));
     length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
     t = near + u * length;
-    found = {emission};
+    at = {at};
+    found = emission_along({lookups});
     found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
     sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
 """)
     return f"""\
+// What medium `medium` emits where a flight collides with it, the share of collisions.
+static inline spectrum media_emitted(const struct world *world, integer medium, vector x, words w) {{
+    spectrum found, sum = spectrum_grey((real)0.f);
+    vector at;
+{"".join(met)}    return sum;
+}}
 static inline spectrum media_emission(const struct world *world, const path *p, real from, real from_low, real to,
                                       real to_low, words w) {{
     const real u = unit(w.x);
     spectrum found, sum = spectrum_grey((real)0.f);
     real near, far, length, t;
+    vector at;
 {"".join(parts)}    return sum;
 }}
 """

@@ -99,7 +99,7 @@ def of(uses: Uses) -> list[str]:
         "integrator/full/walk.h",
         _form("layers", uses.layers),
         media.albedo(uses.volumes),
-        *([media.emission(uses.volumes)] if uses.emits else []),
+        *(["integrator/full/emission_shares.h", media.emission(uses.volumes)] if uses.emits else []),
         _form("emission", uses.emits),
         *(_grids(uses) if uses.grids else ["integrator/full/no_grids.h"]),
         lights.escape(uses.lights, len(uses.sampled) + uses.shining),

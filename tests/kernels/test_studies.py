@@ -84,9 +84,12 @@ def test_the_kernel_keeps_the_digits_of_thin_media(device: Device) -> None:
 def test_estimators_fall_with_the_root_of_the_paths(device: Device) -> None:
     for problem in (constant(1e-2), constant(1e2), constant(1e8)):
         few, many = (ours.volumetric_path(device, problem, samples) for samples in (8, 128))
-        accept_z((many.value - problem.exact()) / many.error, problem.name)
         assert many.error < 2e-2 * many.value
-        assert few.error / many.error == pytest.approx(4, rel=0.3)
+        if problem.sigma.max() > 1e6:
+            assert many.value == pytest.approx(problem.exact(), rel=1e-6)  # one temperature: every collision tells it
+        else:
+            accept_z((many.value - problem.exact()) / many.error, problem.name)
+            assert few.error / many.error == pytest.approx(4, rel=0.3)
         assert many.evaluations == 2 * many.samples
 
 

@@ -9,6 +9,7 @@ typedef struct {
     vector direction;      // direction of travel in the scene
     real t, t_low, t_exit; // along the flight, and what rounding left of it; where it leaves the volume
     spectrum throughput, radiance;
+    integer order;         // scatterings so far
 } path;
 
 // Adds a step to t, compensated (Kahan 1965): t += step stalls for ever once the step is below half an ulp of t.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from woodcock.generic.slots import array, kinds
+from woodcock.integrator.guide import AXES
 from woodcock.layout import Record, element, instances, module
 from woodcock.light.image import Picture
 from woodcock.scene import Light
@@ -106,6 +107,12 @@ def text() -> str:
         }}
 {place if kind in LOCAL else ""}""",
         )
+    axes = ""
+    for kind, member in AXES.items():
+        axis = f"vector_uniform(world->scene->light_{kind}[i].{member})"
+        axis = f"guide_towards({axis}, from)" if member == "position" else axis
+        axes += _each(kind, f"        axis = vector_pick(axis, {axis}, test(turn == at++));\n")
+    guided = " + ".join(f"world->scene->lights.{kind}s" for kind in AXES)
     for kind in LOCAL:
         position = f"vector_uniform(world->scene->light_{kind}[i].position)"
         where += _each(kind, f"        place = vector_pick(place, {position}, test(light == at++));\n")
@@ -123,7 +130,9 @@ def text() -> str:
         else:
             spans += _each(kind, "        ++at;\n")
         samples += _each(kind, f"        {_sample(kind)}\n        light_take(s, &other, test(light == at++));\n")
-    return _TEXT.format(escape=escape, choices=choices, where=where, spans=spans, samples=samples)
+    return _TEXT.format(
+        axes=axes, guided=guided, escape=escape, choices=choices, where=where, spans=spans, samples=samples
+    )
 
 
 _TEXT = """\
@@ -133,9 +142,14 @@ static inline spectrum light_escape(const struct world *world, vector direction,
     spectrum sum = spectrum_grey((real)0.f);
 {escape}    return sum;
 }}
-static inline real scatter_pdf(const struct world *world, integer medium, vector in, vector out) {{
-    if (!world->scene->lights.both) return (real)1e30f;
-    return phase_eval(world, medium, in, out);
+// The lights take turns.
+static inline vector guide_axis(const struct world *world, vector from, integer order) {{
+    vector axis = vector_of((real)0.f, (real)0.f, (real)1.f);
+    const int count = {guided};
+    int at = 0;
+    if (!count) return axis;
+    const integer turn = order % count;
+{axes}    return axis;
 }}
 static inline void light_take(light_sample *s, const light_sample *other, mask chosen) {{
     s->towards = vector_pick(s->towards, other->towards, chosen);
@@ -179,4 +193,12 @@ static inline void light_place_sample(const struct world *world, integer light, 
     light_sample other;
     s->towards = from, s->distance = s->pdf = (real)0.f, s->weight = spectrum_grey((real)0.f);
 {samples}}}
+"""
+
+
+#: Density of scattering, where it finds what is sampled, too.
+SCATTER_PDF = """\
+static inline real scatter_pdf(const path *p, const struct world *world, vector out) {
+    return world->scene->lights.both ? path_scatter_pdf(p, world, out) : (real)1e30f;
+}
 """

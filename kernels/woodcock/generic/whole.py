@@ -8,7 +8,7 @@ from typing import Any
 from woodcock.generic import lights, phases, surfaces, view
 from woodcock.generic.media import EMISSIONS, SHAPES, media
 from woodcock.integrator.full.lights import surface_pdf
-from woodcock.integrator.volumetric_path_full import Contents, without_deltas
+from woodcock.integrator.volumetric_path_full import Contents, guiding, without_deltas
 from woodcock.layers import layer_names
 from woodcock.layout import Kinds, Layout, Read
 from woodcock.plan import integrator, settled
@@ -72,7 +72,14 @@ def widen(scene: Scene, read: Read) -> Layout:
         kinds=KINDS,
         channels=3,
         names=layer_names(scene, held.channels),
-        records=(*seen.records, held.bounds(scene), *filled.records, *of_phases, *of_lights),
+        records=(
+            *seen.records,
+            held.bounds(scene),
+            *filled.records,
+            *of_phases,
+            *of_lights,
+            guiding(held.media, held.lights, space),
+        ),
         buffers={
             "film_sums": seen.sums,
             **filled.buffers,
@@ -103,7 +110,10 @@ def widen(scene: Scene, read: Read) -> Layout:
             "generic/collisions.h",
             "generic/emission.h",
             "integrator/full/grids.h",
+            "integrator/guide.h",
             lights.text(),
+            "integrator/full/scatter_guided.h",
+            lights.SCATTER_PDF,
             surface_pdf(True),
             "integrator/full/surfaces.h",
             "generic/equiangular.h",

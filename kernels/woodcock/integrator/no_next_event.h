@@ -7,6 +7,6 @@ static inline mask next_event_step(next_event *event, const struct world *world,
     return (mask)0;
 }
 
-static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
+static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u, real odds) {
     return collide;
 }

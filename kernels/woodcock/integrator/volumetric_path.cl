@@ -4,6 +4,7 @@
 #include "core/box.h"
 #include "core/moments.h"
 #include "core/path.h"
+#include "core/roulette.h"
 
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
 static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
@@ -21,6 +22,7 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
+    p->order = pick(p->order, (integer)0, begin);
 }
 
 static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples, integer pixel) {
@@ -60,17 +62,17 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         mask scatter = next_event_step(&event, world, &p, density, escape, u);
         if (!some(collide | leave | scatter)) continue;
 
-        // Collision: absorb by weight; faint paths go on with probability 1/2.
+        // Collision: absorb by weight; faint paths play roulette.
         words v = rng_next(&p.random, collide | leave | scatter);
         p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
-        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
-        mask dead = faint & (test(unit(v.x) < 0.5f) | test(spectrum_max(p.throughput) <= 0.f));
-        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+        real chance = roulette_chance(spectrum_max(p.throughput));
+        mask dead = collide & test(unit(v.x) >= chance);
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, 1.f / chance), collide & ~dead);
         p.origin = vector_pick(p.origin, at, collide);
-        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
+        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y), u / density);
 
         // Scattering: a new direction.
-        vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
+        vector direction = path_scatter(&p, world, v, scatter);
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
         fresh = collide | scatter;

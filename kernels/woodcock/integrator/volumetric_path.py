@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from woodcock.integrator import guide
 from woodcock.layers import layer_names
 from woodcock.layout import Buffers, Kinds, Layout, Read, Record, coloured, instances, module
 from woodcock.majorant import grid as majorant_grid
@@ -172,6 +173,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     }
     if all(module("light", kind).ON_ESCAPE for kind in kinds["light"]):
         del kinds["transmittance"]
+    guided = "transmittance" in kinds and guide.guides([volume], kinds["light"])
     files = [file_of(concept, kind) for concept, kinds in kinds.items() if concept != "integrator" for kind in kinds]
     channels = 3 if coloured(scene) else 1
     next_event = "integrator/next_event.h" if "transmittance" in kinds else "integrator/no_next_event.h"
@@ -180,7 +182,10 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         kinds=kinds,
         channels=channels,
         names=layer_names(scene, channels),
-        records=tuple(records),
+        records=(
+            *records,
+            *([guide.record([volume], kinds["light"], space.coefficient(medium.bound))] if guided else []),
+        ),
         buffers={**medium.buffers, **majorant.buffers},
         space=space,
         before_world=tuple(files),
@@ -189,6 +194,8 @@ def lay_out(scene: Scene, read: Read) -> Layout:
             _dispatch(kinds, medium.buffers, lights),
             f"integrator/flight_{majorant.record.kind}.h",
             next_event,
+            *(["integrator/guide.h", guide.axis(lights)] if guided else []),
+            f"integrator/scatter{'_guided' if guided else ''}.h",
         ),
     )
 

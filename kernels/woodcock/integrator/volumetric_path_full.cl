@@ -9,6 +9,7 @@
 #include "core/audit.h"
 #include "core/box.h"
 #include "core/moments.h"
+#include "core/roulette.h"
 
 // The camera ray of the path's sample, from where it enters the bounds of the scene; one that misses has no length.
 static inline void path_begin(path *p, surface_state *s, const struct world *world, integer x, integer y, mask begin) {
@@ -112,17 +113,17 @@ static inline void volumetric_path_full(const struct world *world, __global floa
             p.walking &= ~walked;
         }
 
-        // Vertices: faint paths go on with probability 1/2, the others ask a light.
+        // Vertices: faint paths play roulette, those that go on ask a light.
         mask dead = (mask)0;
         if (some(vertex)) {
             p.incoming = vector_pick(p.incoming, p.direction, vertex);
             p.inside_there = pick(p.inside_there, p.inside, vertex);
             layers_met(&p, world, surfaces_normal(&s), vertex);
             words v = rng_next(&p.random, vertex);
-            mask faint = vertex & test(spectrum_max(p.throughput) < 0.05f);
-            dead = faint & (test(unit(v.x) < 0.5f) | test(spectrum_max(p.throughput) <= 0.f));
+            real chance = roulette_chance(spectrum_max(p.throughput));
+            dead = vertex & test(unit(v.x) >= chance);
             dead |= vertex & surfaces_given_up(&s, (mask)0);
-            p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+            p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, 1.f / chance), vertex & ~dead);
             mask asking = vertex & ~dead & (test(p.medium >= 0) | surfaces_scatter_anywhere(&s, world));
             scatter |= vertex & ~dead & ~next_event_start(&p, &s, world, asking);
         }
@@ -131,11 +132,13 @@ static inline void volumetric_path_full(const struct world *world, __global floa
         if (some(scatter)) {
             mask in_medium = scatter & test(p.medium >= 0);
             words v = rng_next(&p.random, scatter);
-            vector direction = phase_sample(world, p.medium, p.incoming, unit(v.x), unit(v.y));
-            p.pdf = pick(p.pdf, scatter_pdf(world, p.medium, p.incoming, direction), in_medium);
+            real weight;
+            vector direction = path_scatter(&p, world, v, &weight);
+            p.pdf = pick(p.pdf, scatter_pdf(&p, world, direction), in_medium);
             flight_start(&p, direction, in_medium);
             surfaces_scatter(&s, &p, world, scatter & ~in_medium);
             layers_scattered(&p, scatter);
+            p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, weight), in_medium);
             p.order = pick(p.order, p.order + 1, scatter);
             p.asked &= ~scatter;
             dead |= scatter & test(spectrum_max(p.throughput) <= 0.f);

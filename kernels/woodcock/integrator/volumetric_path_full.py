@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from woodcock.formats.mesh import read_mesh
+from woodcock.integrator import guide
 from woodcock.integrator.full import parts, series
 from woodcock.layers import layer_names
 from woodcock.layout import Kinds, Layout, Read, Record, coloured, instances, module
@@ -119,6 +120,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
             *shapes(volumes, space),
             *phase.records,
             *shining,
+            *([guiding(media, lights, space)] if uses.guided else []),
         ),
         buffers={
             **composed.buffers,
@@ -150,6 +152,12 @@ def _estimators(uses: parts.Uses) -> Kinds:
     flights = (*("analytic",) * constants, *(uses.free_flight,) * grids)
     walks = (*("exact",) * constants, *(uses.transmittance,) * grids)
     return ({"free_flight": flights} if flights else {}) | ({"transmittance": walks} if walks and uses.walks else {})
+
+
+def guiding(media: Sequence[Medium], lights: Sequence[Light | image.Picture], space: Space) -> Record:
+    """What directions are guided by."""
+    depth = sum(space.coefficient(float(medium.bound.max())) for medium in media)
+    return guide.record([medium.volume for medium in media], [light.kind for light in lights], depth)
 
 
 def frame(scene: Scene, space: Space) -> list[Record]:

@@ -340,6 +340,7 @@ typedef struct {
     vector direction;      // direction of travel in the scene
     real t, t_low, t_exit; // along the flight, and what rounding left of it; where it leaves the volume
     spectrum throughput, radiance;
+    integer order;         // scatterings so far
 } path;
 
 // Adds a step to t, compensated (Kahan 1965): t += step stalls for ever once the step is below half an ulp of t.
@@ -375,8 +376,13 @@ static inline mask next_event_step(next_event *event, const struct world *world,
     return (mask)0;
 }
 
-static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
+static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u, real odds) {
     return collide;
+}
+#line 1 "integrator/scatter.h"
+// The direction in which a path of the small loop goes on.
+static inline vector path_scatter(path *p, const struct world *world, words v, mask scatter) {
+    return phase_sample(world, p->direction, unit(v.z), unit(v.w));
 }
 #line 1 "integrator/volumetric_path.cl"
 // The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
@@ -446,6 +452,18 @@ static inline void moments_store(const moments *m, __global float *film, size_t 
 }
 #line 6 "integrator/volumetric_path.cl"
 
+#line 1 "core/roulette.h"
+// Russian roulette: with which chance what goes on, and weighs so much more.
+
+// Below a fifth of the weight by odds that lift it there, even ones at worst.
+static inline real roulette_chance(real weight) {
+    return pick((real)0.f, smaller(larger(weight * 5.f, (real)0.5f), (real)1.f), test(weight != 0.f));
+}
+
+// A walk to a light is as long whatever it brings: of what scatters into its direction, over what even scattering would; an
+// eighth at least, as nothing else may bring any.
+static inline real roulette_walk(real scattered) { return smaller(larger(12.5663706f * scattered, (real)0.125f), (real)1.f); }
+#line 8 "integrator/volumetric_path.cl"
 
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
 static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
@@ -463,6 +481,7 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
+    p->order = pick(p->order, (integer)0, begin);
 }
 
 static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples, integer pixel) {
@@ -502,17 +521,17 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         mask scatter = next_event_step(&event, world, &p, density, escape, u);
         if (!some(collide | leave | scatter)) continue;
 
-        // Collision: absorb by weight; faint paths go on with probability 1/2.
+        // Collision: absorb by weight; faint paths play roulette.
         words v = rng_next(&p.random, collide | leave | scatter);
         p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
-        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
-        mask dead = faint & (test(unit(v.x) < 0.5f) | test(spectrum_max(p.throughput) <= 0.f));
-        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+        real chance = roulette_chance(spectrum_max(p.throughput));
+        mask dead = collide & test(unit(v.x) >= chance);
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, 1.f / chance), collide & ~dead);
         p.origin = vector_pick(p.origin, at, collide);
-        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
+        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y), u / density);
 
         // Scattering: a new direction.
-        vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
+        vector direction = path_scatter(&p, world, v, scatter);
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
         fresh = collide | scatter;

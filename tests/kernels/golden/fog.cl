@@ -187,7 +187,8 @@ struct volume_constant { affine to_local; vector3 size; colour albedo; };
 struct majorant_global { float mean_free_path; };
 struct phase_henyey_greenstein { float g; float gap; };
 struct light_directional { vector3 towards; colour irradiance; };
-struct scene { struct film film; struct camera_perspective camera; struct volume_constant volume; struct majorant_global majorant; struct phase_henyey_greenstein phase; struct light_directional light_0; };
+struct guide { float g; float gap; float settle; };
+struct scene { struct film film; struct camera_perspective camera; struct volume_constant volume; struct majorant_global majorant; struct phase_henyey_greenstein phase; struct light_directional light_0; struct guide guide; };
 #line 1 "camera/perspective.h"
 // A pinhole. Rays are anchored on a plane through the scene's middle, computed in float64 on the host, so that a camera
 // a million object sizes away loses no precision; `start` is where the pinhole lies on the ray, relative to the anchor.
@@ -379,6 +380,7 @@ typedef struct {
     vector direction;      // direction of travel in the scene
     real t, t_low, t_exit; // along the flight, and what rounding left of it; where it leaves the volume
     spectrum throughput, radiance;
+    integer order;         // scatterings so far
 } path;
 
 // Adds a step to t, compensated (Kahan 1965): t += step stalls for ever once the step is below half an ulp of t.
@@ -407,11 +409,24 @@ static inline real flight_density(const flight *f, const struct world *world, ve
 #line 1 "integrator/next_event.h"
 // Next-event estimation as a second mode of a lane: from a collision the lane walks towards a light, by the steps of a
 // free flight, and scatters on arrival. The vertex is the walk's origin: nothing needs restoring.
+#line 1 "core/roulette.h"
+// Russian roulette: with which chance what goes on, and weighs so much more.
+
+// Below a fifth of the weight by odds that lift it there, even ones at worst.
+static inline real roulette_chance(real weight) {
+    return pick((real)0.f, smaller(larger(weight * 5.f, (real)0.5f), (real)1.f), test(weight != 0.f));
+}
+
+// A walk to a light is as long whatever it brings: of what scatters into its direction, over what even scattering would; an
+// eighth at least, as nothing else may bring any.
+static inline real roulette_walk(real scattered) { return smaller(larger(12.5663706f * scattered, (real)0.125f), (real)1.f); }
+#line 4 "integrator/next_event.h"
+
 typedef struct {
     mask walking;
     real transmittance;
     vector towards;
-    spectrum weight;
+    spectrum weight; // what arrives if nothing is lost
 } next_event;
 
 static inline mask next_event_walking(const next_event *event) { return event->walking; }
@@ -422,24 +437,71 @@ static inline mask next_event_step(next_event *event, const struct world *world,
     mask over = transmittance_step(world, &transmittance, density, p->t_exit, escape, u) & event->walking;
     event->transmittance = pick(event->transmittance, transmittance, event->walking);
     if (some(over)) {
-        real phase = phase_eval(world, p->direction, event->towards);
-        spectrum light = spectrum_scale(spectrum_multiply(event->weight, p->throughput), phase * transmittance);
+        spectrum light = spectrum_scale(event->weight, transmittance);
         p->radiance = spectrum_pick(p->radiance, spectrum_add(p->radiance, light), over);
         event->walking &= ~over;
     }
     return over;
 }
 
-// Sends lanes that have collided towards a light; none scatters yet.
-static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u) {
+// Sends lanes that have collided towards a light; the others scatter at once. `odds`, uniform in (0, 1], decides.
+static inline mask next_event_start(next_event *event, const struct world *world, path *p, mask collide, real u, real odds) {
     spectrum weight;
     vector towards = light_sample(world, u, &weight);
-    event->towards = vector_pick(event->towards, towards, collide);
-    event->weight = spectrum_pick(event->weight, weight, collide);
-    event->transmittance = pick(event->transmittance, (real)1.f, collide);
-    event->walking |= collide;
-    p->along = vector_pick(p->along, affine_direction(volume_to_local(world), towards), collide);
-    return (mask)0;
+    real phase = phase_eval(world, p->direction, towards), chance = roulette_walk(phase);
+    mask walk = collide & test(odds <= chance);
+    weight = spectrum_scale(spectrum_multiply(weight, p->throughput), phase / chance);
+    event->towards = vector_pick(event->towards, towards, walk);
+    event->weight = spectrum_pick(event->weight, weight, walk);
+    event->transmittance = pick(event->transmittance, (real)1.f, walk);
+    event->walking |= walk;
+    p->along = vector_pick(p->along, affine_direction(volume_to_local(world), towards), walk);
+    return collide & ~walk;
+}
+#line 1 "integrator/guide.h"
+// Directions towards lights that next-event estimation alone finds. What a flight gathers of such a light is proportional to
+// the phase function at its end, so that of all directions those matter where the product of two phase functions is large, that
+// of the vertex and that of the next one towards the light. A small share of directions is sampled by the second, a
+// Henyey-Greenstein lobe around the light, and weighed against the first by the balance heuristic of one sample (Veach & Guibas
+// 1995): without them the few paths that come by such a direction are fireflies. A direction of the first alone then weighs
+// 1 / (1 - share), which a path of many scatterings multiplies up; so the share falls with their number, sooner where the
+// medium is opaque (guide.py).
+
+
+static inline real guide_share(const struct world *world, integer order) {
+    return 0.3f / ((real)world->scene->guide.settle + to_real(order));
+}
+static inline vector guide_sample(const struct world *world, vector axis, real u, real v) {
+    return lobe_henyey_greenstein_around((real)world->scene->guide.g, (real)world->scene->guide.gap, axis, u, 1.f - u, v);
+}
+static inline real guide_pdf(const struct world *world, real share, vector axis, vector to, real phase) {
+    real lobe = lobe_henyey_greenstein_at(world->scene->guide.g, world->scene->guide.gap, axis, to);
+    return phase + share * (lobe - phase);
+}
+// Towards a light in the scene, also from where it is.
+static inline vector guide_towards(vector place, vector from) {
+    vector to = vector_along(place, (real)-1.f, from);
+    real inverse = 1.f / sqrt(larger(vector_dot(to, to), (real)1e-24f));
+    return vector_of(to.x * inverse, to.y * inverse, to.z * inverse);
+}
+#line 1 "generated"
+static inline vector guide_axis(const struct world *world, integer order) {
+    vector axis = vector_uniform(world->scene->light_0.towards);
+    return axis;
+}
+#line 1 "integrator/scatter_guided.h"
+// The direction in which a path of the small loop goes on, some of them towards lights.
+static inline vector path_scatter(path *p, const struct world *world, words v, mask scatter) {
+    vector axis = guide_axis(world, p->order);
+    real share = guide_share(world, p->order), u = unit(v.z);
+    mask guided = test(u < share);
+    // One uniform chooses the lobe and, stretched again, samples it.
+    u = pick((u - share) / (1.f - share), u / share, guided);
+    vector out = vector_pick(phase_sample(world, p->direction, u, unit(v.w)), guide_sample(world, axis, u, unit(v.w)), guided);
+    real phase = phase_eval(world, p->direction, out), weight = phase / guide_pdf(world, share, axis, out, phase);
+    p->throughput = spectrum_pick(p->throughput, spectrum_scale(p->throughput, weight), scatter);
+    p->order = pick(p->order, p->order + 1, scatter);
+    return out;
 }
 #line 1 "integrator/volumetric_path.cl"
 // The volume rendering equation with scattering, L = L0 + K L0 + K² L0 + …, by tracing paths from the camera.
@@ -510,6 +572,7 @@ static inline void moments_store(const moments *m, __global float *film, size_t 
 #line 6 "integrator/volumetric_path.cl"
 
 
+
 // The camera ray of the path's sample, from where it enters the volume; one that misses gets an exit behind it.
 static inline void path_begin(path *p, const struct world *world, integer x, integer y, mask begin) {
     p->random.dimension = pick(p->random.dimension, (word)0u, begin);
@@ -526,6 +589,7 @@ static inline void path_begin(path *p, const struct world *world, integer x, int
     p->t_exit = pick(p->t_exit, far - near, begin);
     p->throughput = spectrum_pick(p->throughput, spectrum_grey((real)1.f), begin);
     p->radiance = spectrum_pick(p->radiance, spectrum_grey((real)0.f), begin);
+    p->order = pick(p->order, (integer)0, begin);
 }
 
 static inline void volumetric_path(const struct world *world, __global float *film, __global uint *faults, uint first, uint samples, integer pixel) {
@@ -565,17 +629,17 @@ static inline void volumetric_path(const struct world *world, __global float *fi
         mask scatter = next_event_step(&event, world, &p, density, escape, u);
         if (!some(collide | leave | scatter)) continue;
 
-        // Collision: absorb by weight; faint paths go on with probability 1/2.
+        // Collision: absorb by weight; faint paths play roulette.
         words v = rng_next(&p.random, collide | leave | scatter);
         p.throughput = spectrum_pick(p.throughput, spectrum_multiply(p.throughput, albedo), collide);
-        mask faint = collide & test(spectrum_max(p.throughput) < 0.05f);
-        mask dead = faint & (test(unit(v.x) < 0.5f) | test(spectrum_max(p.throughput) <= 0.f));
-        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, (real)2.f), faint);
+        real chance = roulette_chance(spectrum_max(p.throughput));
+        mask dead = collide & test(unit(v.x) >= chance);
+        p.throughput = spectrum_pick(p.throughput, spectrum_scale(p.throughput, 1.f / chance), collide & ~dead);
         p.origin = vector_pick(p.origin, at, collide);
-        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y));
+        scatter |= next_event_start(&event, world, &p, collide & ~dead, unit(v.y), u / density);
 
         // Scattering: a new direction.
-        vector direction = phase_sample(world, p.direction, unit(v.z), unit(v.w));
+        vector direction = path_scatter(&p, world, v, scatter);
         p.direction = vector_pick(p.direction, direction, scatter);
         p.along = vector_pick(p.along, affine_direction(volume_to_local(world), p.direction), scatter);
         fresh = collide | scatter;

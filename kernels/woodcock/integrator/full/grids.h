@@ -2,6 +2,7 @@
 // with probability σ_t / bound (Woodcock et al. 1965), a walk multiplies by 1 - σ_t / bound (Cramer 1978, Novák et al. 2014).
 #include "core/audit.h"
 #include "core/box.h"
+#include "core/roulette.h"
 
 typedef majorant_walk grid_state;
 
@@ -42,9 +43,9 @@ static inline void grids_step(path *p, const struct world *world, majorant_walk 
     for (int c = 0; c < COEFFICIENTS; ++c)
         coefficient_channel(kept, c) = larger((real)0.f, 1.f - coefficient_channel(sigma_t, c) / walk->bound);
     coefficient through = coefficient_multiply(p->transmittance, kept);
-    // Below a twentieth a walk survives with probability 1/2; `u` has not decided anything in walks yet.
-    mask faint = walking & walk_may_be_cut(p) & test(coefficient_max(through) < 0.05f);
-    through = coefficient_pick(through, coefficient_scale(through, pick((real)0.f, (real)2.f, test(u < 0.5f))), faint);
+    // Faint walks play roulette; `u` has not decided anything in walks yet.
+    real chance = pick((real)1.f, roulette_chance(coefficient_max(through)), walking & walk_may_be_cut(p));
+    through = coefficient_scale(through, pick((real)0.f, 1.f / chance, test(u <= chance)));
     p->transmittance = coefficient_pick(p->transmittance, through, walking);
     walk_pass(p, sigma_t, walk->bound, walking);
 

@@ -1,6 +1,7 @@
 // Tracking through all media that are grids at once, as grids.h, by the kinds that the scene asks for: flights_*.h tell what
 // an event is to flights, walks_*.h what it is to walks.
 #include "core/box.h"
+#include "core/roulette.h"
 
 static inline void grids_start(path *p, const struct world *world, grid_state *g, mask fresh) {
     vector origin = affine_point(&world->scene->tracking.to_local, p->origin);
@@ -45,11 +46,11 @@ static inline void grids_step(path *p, const struct world *world, grid_state *g,
         path_collide(p, own, media_albedo(world, medium, p->position, v), collide);
     }
 
-    // Below a twentieth a walk survives with probability 1/2; `u` has not decided anything in walks yet.
+    // Faint walks play roulette; `u` has not decided anything in walks yet.
     coefficient through = p->transmittance;
     mask weighed = walks_pass(p, world, g, sigma_t, walking, &out, &through);
-    mask faint = weighed & walk_may_be_cut(p) & test(walks_size(through) < 0.05f);
-    through = coefficient_pick(through, coefficient_scale(through, pick((real)0.f, (real)2.f, test(u < 0.5f))), faint);
+    real chance = pick((real)1.f, roulette_chance(walks_size(through)), weighed & walk_may_be_cut(p));
+    through = coefficient_scale(through, pick((real)0.f, 1.f / chance, test(u <= chance)));
     p->transmittance = coefficient_pick(p->transmittance, through, weighed);
     *lost = weighed & walk_may_be_cut(p) & test(walks_size(p->transmittance) <= 0.f);
     p->tracking = active & ~(out | collide | *lost);

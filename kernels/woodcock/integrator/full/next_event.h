@@ -6,13 +6,15 @@ static inline mask next_event_start(path *p, const surface_state *s, const struc
     light_sample sample;
     integer light = light_choose(world, p->position, unit(w.x), unit(w.y), unit(w.z), &sample);
     mask at_surface = vertex & test(p->medium < 0);
-    real pdf = phase_eval(world, p->medium, p->incoming, sample.towards);
-    spectrum value = spectrum_grey(pdf);
+    spectrum value = spectrum_grey(phase_eval(world, p->medium, p->incoming, sample.towards));
+    real pdf = scatter_pdf(p, world, sample.towards);
     surfaces_eval(s, p, world, sample.towards, &value, &pdf, at_surface);
     real weight = pick((real)1.f, sample.pdf / (sample.pdf + pdf), test(sample.pdf > 0.f));
     weight *= equiangular_weight(p, world, light, vertex & ~at_surface);
-    spectrum arriving = spectrum_scale(spectrum_multiply(spectrum_multiply(p->throughput, value), sample.weight), weight);
-    return shadow_cast(p, s, world, &sample, arriving, vertex & test(spectrum_max(arriving) > 0.f), at_surface);
+    real chance = shadow_chance(spectrum_max(value) * weight);
+    spectrum arriving = spectrum_scale(spectrum_multiply(spectrum_multiply(p->throughput, value), sample.weight), weight / chance);
+    mask lit = vertex & test(unit(w.w) < chance) & test(spectrum_max(arriving) > 0.f);
+    return shadow_cast(p, s, world, &sample, arriving, lit, at_surface);
 }
 
 static inline void next_event_arrive(path *p, mask arrived) {

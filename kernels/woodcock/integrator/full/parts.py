@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from woodcock.integrator import guide
 from woodcock.integrator.full import lights, media
 from woodcock.layers import SUFFIXES, order_layers
 from woodcock.layout import Record, module
@@ -68,6 +69,11 @@ class Uses:
         return not (self.grids or self.layers or passing or meshes)
 
     @property
+    def guided(self) -> bool:
+        """Are some of the directions in which media scatter towards lights?"""
+        return guide.guides(self.volumes, [light.kind for light in self.lights])
+
+    @property
     def free_flight(self) -> str:
         """Through grids."""
         return self.scene.free_flight.kind if self.scene.free_flight and self.grids else "delta"
@@ -103,6 +109,8 @@ def of(uses: Uses) -> list[str]:
         _form("emission", uses.emits),
         *(_grids(uses) if uses.grids else ["integrator/full/no_grids.h"]),
         lights.escape(uses.lights, len(uses.sampled) + uses.shining),
+        *(["integrator/guide.h", guide.axis(uses.lights, "vector from, ")] if uses.guided else []),
+        f"integrator/full/scatter{'_guided' if uses.guided else ''}.h",
         _scatter_pdf(uses.found_by_both),
         *([lights.choose(uses.lights, uses.shining)] if uses.next_event else []),
         *([lights.surface_pdf(uses.shining)] if uses.surfaces else []),
@@ -176,7 +184,7 @@ typedef struct {{
 
 
 def _scatter_pdf(found_by_both: bool) -> str:
-    value = "phase_eval(world, medium, in, out)" if found_by_both else "(real)1e30f"
+    value = "path_scatter_pdf(p, world, out)" if found_by_both else "(real)1e30f"
     return f"""\
-static inline real scatter_pdf(const struct world *world, integer medium, vector in, vector out) {{ return {value}; }}
+static inline real scatter_pdf(const path *p, const struct world *world, vector out) {{ return {value}; }}
 """

@@ -1,4 +1,8 @@
 // What is lost on the way to a light: the lane walks there, as a mode of its own. It returns the lanes that do.
+#include "core/roulette.h"
+
+static inline real shadow_chance(real scattered) { return roulette_walk(scattered); }
+
 static inline mask shadow_cast(path *p, const surface_state *s, const struct world *world, const light_sample *sample, spectrum arriving,
                                mask lit, mask at_surface) {
     p->light = spectrum_pick(p->light, arriving, lit);

@@ -50,9 +50,12 @@ def exactness(folder: Path, made: list[Shots]) -> float:
 
 
 def faults(record: page.Record) -> list[str]:
-    """What is wrong with a scene, the ratios aside."""
+    """What is wrong with a scene, the ratios aside. Who differs is wrong himself where another one agrees with us."""
     ours, *others = record["renderers"]
-    found = [f"{record['scene']}: {row['peer']}: {row['differs']}" for row in others if row.get("differs")]
+    agreeing = [row for row in others if not row["skipped"] and not row["differs"]]
+    found = [
+        f"{record['scene']}: {row['peer']}: {row['differs']}" for row in others if not agreeing and row.get("differs")
+    ]
     found += [f"{record['scene']}: {row['peer']} {row['skipped']}" for row in others if row["failed"]]
     if record["error"] is not None:
         limit = 1e-6 if ours["doubles"] else 1e-5
@@ -65,6 +68,16 @@ def faults(record: page.Record) -> list[str]:
                     f"{row['seconds']:.3g} s for {row['samples']} samples"
                 )
     return found
+
+
+def test_one_that_differs_is_wrong_if_another_agrees() -> None:
+    ours, agrees, differs = ({"peer": name, "skipped": None, "failed": False} for name in ("Woodcock", "a", "b"))
+    ours |= {"doubles": True, "differs": None}
+    agrees |= {"differs": None}
+    differs |= {"differs": "means differ by 5 %"}
+    record = {"scene": "smoke", "error": None}
+    assert faults(record | {"renderers": [ours, agrees, differs]}) == []
+    assert faults(record | {"renderers": [ours, differs]}) == ["smoke: b: means differ by 5 %"]
 
 
 # The judge

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from woodcock.layout import module
 from woodcock.space import Space
 from woodcock.surface.build import KINDS, Body, build
-from woodcock.surface.compose import MATERIALS, compose, parts_of
+from woodcock.surface.compose import MATERIALS, by_hierarchy, compose, parts_of
 
 
 def surfaces(bodies: Sequence[Body], space: Space) -> tuple[dict[str, NDArray[np.generic]], bool]:
@@ -18,7 +18,7 @@ def surfaces(bodies: Sequence[Body], space: Space) -> tuple[dict[str, NDArray[np
     found: dict[str, NDArray[np.generic]] = {}
     emits = False
     if bodies:
-        composed = compose(build(bodies, space), space, 3)
+        composed = compose(build(bodies, space), space, 3, hierarchy=True)
         found, emits = {name: array for name, (_, array) in composed.buffers.items()}, composed.emits
     corners = found.get("surface_mesh", np.zeros(module("surface", "mesh").WIDTH, np.float32))
     primitives = found.get("surface_primitives", np.zeros(3, np.int32))
@@ -39,4 +39,4 @@ def surfaces(bodies: Sequence[Body], space: Space) -> tuple[dict[str, NDArray[np
 
 def parts() -> list[str]:
     """For `flatten`."""
-    return parts_of(KINDS, MATERIALS, smooth=True, emits=True)
+    return parts_of(KINDS, MATERIALS, by_hierarchy(KINDS), smooth=True, emits=True)

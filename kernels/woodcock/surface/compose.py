@@ -22,6 +22,9 @@ MATERIALS = ("diffuse", "mirror", "dielectric", "rough_dielectric", "emissive", 
 #: Rough boundaries between indices closer than this bend nothing that float32 could say; they are taken for smooth.
 LEAST_BEND = 1e-3
 
+#: Primitives that rays try one after the other; more go into a hierarchy of boxes.
+FEW = 4
+
 #: Uniforms have so many values; so have the shares of emissive primitives.
 SHARES = 1 << 24
 
@@ -38,8 +41,12 @@ class Composed:
     emits: bool
 
 
-def compose(built: Built, space: Space, channels: int) -> Composed:
-    """What a program needs for surfaces. Raises MeshError for more emissive triangles than can be told apart."""
+def compose(built: Built, space: Space, channels: int, *, hierarchy: bool = False) -> Composed:
+    """What a program needs for surfaces. hierarchy: of few primitives, too.
+
+    Raises MeshError for more emissive triangles than can be told apart.
+    """
+    hierarchy |= len(built.primitives) > FEW or "mesh" in built.numbers
     materials = [_meant(body.material) for body in built.bodies]
     kinds = tuple(kind for kind in KINDS if kind in built.numbers)
     used = tuple(kind for kind in MATERIALS if any(material.kind == kind for material in materials))
@@ -53,8 +60,14 @@ def compose(built: Built, space: Space, channels: int) -> Composed:
         for material, start, body in zip(materials, first, built.bodies, strict=True)
     ]
     buffers: dict[str, tuple[str, NDArray[np.generic]]] = {
-        "surface_boxes": ("float", built.boxes.reshape(-1)),
-        "surface_links": ("int", built.links.reshape(-1)),
+        **(
+            {
+                "surface_boxes": ("float", built.boxes.reshape(-1)),
+                "surface_links": ("int", built.links.reshape(-1)),
+            }
+            if hierarchy
+            else {}
+        ),
         "surface_primitives": ("int", built.primitives.reshape(-1)),
         "surface_records": ("int", np.array(records, np.int32).reshape(-1)),
         # A material without numbers must not leave the buffer empty.
@@ -66,13 +79,24 @@ def compose(built: Built, space: Space, channels: int) -> Composed:
     if emits:
         buffers |= _emitters(built, materials)
 
-    return Composed({"surface": kinds, "material": used}, buffers, parts_of(kinds, used, smooth, emits), emits)
+    nearest = by_hierarchy(kinds) if hierarchy else [dispatch.in_turn(built.primitives)]
+    parts = parts_of(kinds, used, nearest, smooth, emits)
+    return Composed({"surface": kinds, "material": used}, buffers, parts, emits)
 
 
-def parts_of(kinds: Sequence[str], materials: Sequence[str], smooth: bool, emits: bool) -> list[str]:
-    """Parts for `flatten`; smooth: meshes have normals; emits: some material does."""
+def by_hierarchy(kinds: Sequence[str]) -> list[str]:
+    """Parts that find the nearest of many surfaces."""
+    return [dispatch.tests(kinds), "surface/traverse.h"]
+
+
+def parts_of(
+    kinds: Sequence[str], materials: Sequence[str], nearest: Sequence[str], smooth: bool, emits: bool
+) -> list[str]:
+    """Parts for `flatten`; nearest: those that find the nearest surface; smooth: meshes have normals; emits: some
+    material does."""
     parts = [f"surface/{kind}.h" for kind in kinds] + [f"material/{kind}.h" for kind in materials]
-    parts += [dispatch.surfaces(kinds, smooth), "surface/traverse.h", dispatch.materials(materials, MATERIALS)]
+    parts += ["surface/point.h", dispatch.PRIMITIVE, *nearest, dispatch.locate(kinds, smooth), "surface/records.h"]
+    parts.append(dispatch.materials(materials, MATERIALS))
     if emits:
         parts += ["core/light_sample.h", dispatch.emitters(kinds), "surface/emitters.h"]
     return parts

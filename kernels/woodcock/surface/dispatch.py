@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from woodcock.layout import module
 from woodcock.surface.build import KINDS
 
@@ -14,8 +17,17 @@ _LOCATE = {"sphere": "origin, direction, hit.t", "rectangle": "hit.u, hit.v", "m
 _LOCATE["disk"] = _LOCATE["sphere"]
 
 
-def surfaces(kinds: Sequence[str], smooth: bool) -> str:
-    """What traverse.h calls, and `surface_locate`; to come before it."""
+#: Kind, first number, body.
+PRIMITIVE = """\
+static inline integer surface_primitive(const struct world *world, integer primitive, int member) {
+    const integer known = pick(primitive, (integer)0, test(primitive < 0));
+    return gather(int, world->surface_primitives, 3 * known + member);
+}
+"""
+
+
+def tests(kinds: Sequence[str]) -> str:
+    """What traverse.h calls; to come before it."""
     mesh = "mesh" in kinds
     prepared = "surface_mesh_shear mesh;" if mesh else "int unused;"
     prepare = "{surface_mesh_prepare(direction)}" if mesh else "{0}"
@@ -24,10 +36,6 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
         "static inline surface_prepared surface_prepare(vector direction) {",
         f"    surface_prepared prepared = {prepare};",
         "    return prepared;",
-        "}",
-        "static inline integer surface_primitive(const struct world *world, integer primitive, int member) {",
-        "    const integer known = pick(primitive, (integer)0, test(primitive < 0));",
-        "    return gather(int, world->surface_primitives, 3 * known + member);",
         "}",
         f"static inline mask surface_test({_WORLD}, const surface_prepared *prepared,",
         "                                integer primitive, vector origin, vector direction, mask tried,",
@@ -51,9 +59,38 @@ def surfaces(kinds: Sequence[str], smooth: bool) -> str:
             "        met |= hits;",
             "    }",
         ]
-    lines += [
-        "    return met;",
-        "}",
+    return "\n".join([*lines, "    return met;", "}", ""])
+
+
+def in_turn(primitives: NDArray[np.int32]) -> str:
+    """`surface_intersect` for a few primitives, each tried by every ray; (n, 3): kind, first number, body. What is
+    the same for all lanes is loaded once."""
+    lines = [
+        f"static inline surface_hit surface_intersect({_WORLD}, vector origin, vector direction, real limit,",
+        "                                            mask active) {",
+        "    surface_hit hit = {limit, (integer)-1, (real)0.f, (real)0.f};",
+        "    real t, u, v;",
+        "    mask closer;",
+    ]
+    for number, (position, first, _) in enumerate(primitives.tolist()):
+        kind = KINDS[position]
+        call = f"surface_{kind}_intersect(world->surface_{kind}, (integer){first}, origin, direction, "
+        lines += [
+            "    t = u = v = (real)0.f;",
+            f"    closer = {call}{_TEST_RESULTS[kind]}) & active;",
+            "    closer &= test(t < hit.t);",
+            "    hit.t = pick(hit.t, t, closer);",
+            f"    hit.primitive = pick(hit.primitive, (integer){number}, closer);",
+            "    hit.u = pick(hit.u, u, closer);",
+            "    hit.v = pick(hit.v, v, closer);",
+        ]
+    lines += ["    hit.t = pick(hit.t, (real)1e30f, test(hit.primitive < 0));", "    return hit;", "}", ""]
+    return "\n".join(lines)
+
+
+def locate(kinds: Sequence[str], smooth: bool) -> str:
+    """`surface_locate`; smooth: meshes have normals."""
+    lines = [
         f"static inline surface_point surface_locate({_WORLD}, surface_hit hit, vector origin,",
         "                                           vector direction) {",
         *_chosen("hit.primitive"),
@@ -154,7 +191,7 @@ def emitters(kinds: Sequence[str]) -> str:
 
 
 def materials(used: Sequence[str], numbers: Sequence[str]) -> str:
-    """`material_sample`, `material_eval` and the questions about materials; to come after traverse.h."""
+    """`material_sample`, `material_eval` and the questions about materials; to come after records.h."""
     ids = {kind: numbers.index(kind) for kind in used}
 
     def masks(kinds: Sequence[str]) -> str:

@@ -49,10 +49,3 @@ static inline surface_hit surface_intersect(const struct world *world, vector or
     hit.t = pick(hit.t, (real)1e30f, test(hit.primitive < 0));
     return hit;
 }
-
-// The surface's record: kind of its material, first of its material's numbers, bits of the media that it bounds. Lanes
-// without a surface may ask too, and get those of the first.
-static inline integer surface_record(const struct world *world, integer surface, int member) {
-    return gather(int, world->surface_records, 3 * pick(surface, (integer)0, test(surface < 0)) + member);
-}
-static inline integer surface_media(const struct world *world, integer surface) { return surface_record(world, surface, 2); }

@@ -16,9 +16,7 @@ static inline void equiangular_span(const path *p, const struct world *world, in
     light_place_span(world, light, p->origin, p->direction, near, far);
 }
 
-static inline real equiangular_density(const path *p, const struct world *world, integer light, real t) {
-    real near, far;
-    equiangular_span(p, world, light, &near, &far);
+static inline real equiangular_density(const path *p, const struct world *world, integer light, real near, real far, real t) {
     return equiangular_pdf(p->origin, p->direction, light_place(world, light), near, far, t) * PLACE_CHANCE;
 }
 
@@ -28,7 +26,9 @@ static inline real equiangular_weight(const path *p, const struct world *world, 
     if (!some(place)) return (real)1.f;
     integer medium;
     coefficient own, sigma_t = clocks_sigma_t(world, p, p->end, (real)0.f, &medium, &own);
-    real rival = equiangular_rival(p, world, p->end, sigma_t), density = equiangular_density(p, world, light, p->end);
+    real near, far, rival = equiangular_rival(p, world, p->end, sigma_t);
+    equiangular_span(p, world, light, &near, &far);
+    real density = equiangular_density(p, world, light, near, far, p->end);
     return pick((real)1.f, rival / (rival + density), place & test(rival > 0.f));
 }
 
@@ -47,7 +47,7 @@ static inline mask equiangular_start(path *p, const struct world *world, mask fl
     vector at = vector_along(p->origin, t, p->direction);
     light_sample sample;
     light_place_sample(world, light, at, &sample);
-    real rival = equiangular_rival(p, world, t, sigma_t), density = equiangular_density(p, world, light, t);
+    real rival = equiangular_rival(p, world, t, sigma_t), density = equiangular_density(p, world, light, near, far, t);
     real phase = phase_eval(world, medium, p->direction, sample.towards);
     coefficient survival = coefficient_exp_minus(clocks_depth(world, p, t));
     spectrum scattered = spectrum_attenuate(p->throughput, coefficient_multiply(own, survival));

@@ -3,12 +3,12 @@
 // of the vertex and that of the next one towards the light. A small share of directions is sampled by the second, a
 // Henyey-Greenstein lobe around the light, and weighed against the first by the balance heuristic of one sample (Veach & Guibas
 // 1995): without them the few paths that come by such a direction are fireflies. A direction of the first alone then weighs
-// 1 / (1 - share), which a path of many scatterings multiplies up; so the share falls with their number, sooner where the
-// medium is opaque (guide.py).
+// 1 / (1 - share), which a path of many scatterings multiplies up; so the share falls with their number, and is small where the
+// medium is opaque and where lobes are narrow (guide.py).
 #include "phase/lobe_henyey_greenstein.h"
 
 static inline real guide_share(const struct world *world, integer order) {
-    return 0.3f / ((real)world->scene->guide.settle + to_real(order));
+    return (real)world->scene->guide.share / ((real)world->scene->guide.settle + to_real(order));
 }
 static inline vector guide_sample(const struct world *world, vector axis, real u, real v) {
     return lobe_henyey_greenstein_around((real)world->scene->guide.g, (real)world->scene->guide.gap, axis, u, 1.f - u, v);

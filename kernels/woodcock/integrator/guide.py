@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-import numpy as np
-
 from woodcock.layout import Record, module
 from woodcock.phase.henyey_greenstein import lobe
 from woodcock.scene import Volume
 
-FIELDS = {"g": "float", "gap": "float", "settle": "float"}
+FIELDS = {"g": "float", "gap": "float", "share": "float", "settle": "float"}
 #: What a light's record tells of where it is: a direction, or a place.
 AXES = {"directional": "towards", "sun": "towards", "point": "position", "spot": "position"}
 #: Phase functions that favour no direction, whose product with another one is that one.
 EVEN = ("isotropic", "rayleigh")
-#: The share of the first scattering is 0.3 over 1 in thin media, over this in opaque ones.
-OPAQUE = 10.0
+#: The share of the first scattering is this × (1 - |g|), over 1 in thin media and over OPAQUE in opaque ones.
+SHARE, OPAQUE = 1.5, 10.0
 
 
 def guides(volumes: Sequence[Volume], lights: Collection[str]) -> bool:
@@ -29,11 +27,13 @@ def record(volumes: Sequence[Volume], lights: Collection[str], depth: float) -> 
     """lights: their kinds; depth: the largest σ_t times the scene's size. With nothing to guide, the share is 0."""
     means = [module("phase", volume.phase.kind).mean_cosine(volume.phase) for volume in volumes]
     g = float(max(means, key=abs, default=0.0))
+    share = SHARE * (1 - abs(g)) if guides(volumes, lights) else 0.0
     if any(AXES.get(kind) == "position" for kind in lights):
         # A flight also gathers by 1 / its distance from a point of light.
         g = math.copysign((1 + abs(g)) / 2, g)
-    settle = min(1 + depth / 2, OPAQUE) if guides(volumes, lights) else float(np.finfo(np.float32).max)
-    return Record("guide", "", "guide", FIELDS, dict(zip(("g", "gap"), lobe(g), strict=True)) | {"settle": settle})
+    # A thin medium of a phase function that is nearly even could have a share above 1.
+    settle = max(min(1 + depth / 2, OPAQUE), 2 * share)
+    return Record("guide", "", "guide", FIELDS, dict(zip(FIELDS, (*lobe(g), share, settle), strict=True)))
 
 
 def axis(lights: Sequence[Record], place: str = "") -> str:

@@ -43,7 +43,7 @@ SHARED = {
     "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|media|text)\.py"),
     "majorant": re.compile(r"(global_)?walk\.h|(global|grid)_(ahead|control)\.h|(choice|control)\.py"),
     "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
-    "surface": re.compile(r"(build|closed|compose|dispatch|emitters|hierarchy|point|traverse)\.(h|py)"),
+    "surface": re.compile(r"(build|closed|compose|dispatch|emitters|hierarchy|point|records|traverse)\.(h|py)"),
 }
 KINDS = [
     (concept, kind)

@@ -132,13 +132,6 @@ SINS = (
         (f"{LOOPS}::test_simple_and_full",),
     ),
     Sin(
-        "lights found by chance forget the directions towards lights",
-        device("integrator/full/scatter_guided.h"),
-        "return guide_pdf(world, guide_share(world, p->order), axis, out, phase);",
-        "return 0.5f * phase;",
-        (f"{FURNACES}::test_of_everything_by_sampled_light",),
-    ),
-    Sin(
         "phase function forgotten in the MIS weight",
         device(f"{PARTS}next_event.h"),
         "sample.pdf / (sample.pdf + pdf)",

@@ -225,8 +225,8 @@ SINS = (
     Sin(
         "emission along the way takes the share of collisions, too",
         device(f"{PARTS}emission_shares.h"),
-        "coefficient_channel(share, c) = EMISSION_KAPPA /",
-        "coefficient_channel(share, c) = 2.f * EMISSION_KAPPA /",
+        "emission_collided(epsilon, sigma_t), (real)EMISSION_KAPPA",
+        "emission_collided(epsilon, sigma_t), (real)(2.f * EMISSION_KAPPA)",
         ("tests/analytic/test_isothermal.py::test_of_everything",),
     ),
     Sin(

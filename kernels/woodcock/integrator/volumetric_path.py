@@ -174,6 +174,8 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     if all(module("light", kind).ON_ESCAPE for kind in kinds["light"]):
         del kinds["transmittance"]
     guided = "transmittance" in kinds and guide.guides([volume], kinds["light"])
+    if guided:
+        records.append(guide.record([volume], kinds["light"], space.coefficient(medium.bound)))
     files = [file_of(concept, kind) for concept, kinds in kinds.items() if concept != "integrator" for kind in kinds]
     channels = 3 if coloured(scene) else 1
     next_event = "integrator/next_event.h" if "transmittance" in kinds else "integrator/no_next_event.h"
@@ -182,10 +184,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         kinds=kinds,
         channels=channels,
         names=layer_names(scene, channels),
-        records=(
-            *records,
-            *([guide.record([volume], kinds["light"], space.coefficient(medium.bound))] if guided else []),
-        ),
+        records=tuple(records),
         buffers={**medium.buffers, **majorant.buffers},
         space=space,
         before_world=tuple(files),

@@ -60,20 +60,17 @@ def compose(built: Built, space: Space, channels: int, *, hierarchy: bool = Fals
         for material, start, body in zip(materials, first, built.bodies, strict=True)
     ]
     buffers: dict[str, tuple[str, NDArray[np.generic]]] = {
-        **(
-            {
-                "surface_boxes": ("float", built.boxes.reshape(-1)),
-                "surface_links": ("int", built.links.reshape(-1)),
-            }
-            if hierarchy
-            else {}
-        ),
         "surface_primitives": ("int", built.primitives.reshape(-1)),
         "surface_records": ("int", np.array(records, np.int32).reshape(-1)),
         # A material without numbers must not leave the buffer empty.
         "material_numbers": ("float", np.concatenate([*numbers, np.zeros(1)]).astype(np.float32)),
         **{f"surface_{kind}": ("float", built.numbers[kind]) for kind in kinds},
     }
+    if hierarchy:
+        buffers |= {
+            "surface_boxes": ("float", built.boxes.reshape(-1)),
+            "surface_links": ("int", built.links.reshape(-1)),
+        }
     if built.normals is not None:
         buffers["surface_mesh_normals"] = ("float", built.normals)
     if emits:

@@ -7,16 +7,13 @@
 // per size of the scene, which is the device's unit.
 #define EMISSION_KAPPA 4.f
 
-static inline spectrum emission_along(spectrum epsilon, coefficient sigma_t) {
-    coefficient share;
-    for (int c = 0; c < COEFFICIENTS; ++c)
-        coefficient_channel(share, c) = EMISSION_KAPPA / (EMISSION_KAPPA + coefficient_channel(sigma_t, c));
-    return spectrum_attenuate(epsilon, share);
-}
-
 static inline spectrum emission_collided(spectrum epsilon, coefficient sigma_t) {
     coefficient share;
     for (int c = 0; c < COEFFICIENTS; ++c)
         coefficient_channel(share, c) = 1.f / (EMISSION_KAPPA + coefficient_channel(sigma_t, c));
     return spectrum_attenuate(epsilon, share);
+}
+
+static inline spectrum emission_along(spectrum epsilon, coefficient sigma_t) {
+    return spectrum_scale(emission_collided(epsilon, sigma_t), (real)EMISSION_KAPPA);
 }

@@ -40,7 +40,7 @@ PREFIXES = {
 #: Files beside the kinds that are none: how cameras stand, how a grid's voxels are stored, what phase functions share.
 SHARED = {
     "camera": re.compile(r"pose\.py"),
-    "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|media|text)\.py"),
+    "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|glow|media|text)\.py"),
     "majorant": re.compile(r"(global_)?walk\.h|(global|grid)_(ahead|control)\.h|(choice|control)\.py"),
     "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
     "surface": re.compile(r"(build|closed|compose|dispatch|emitters|hierarchy|point|records|traverse)\.(h|py)"),

@@ -76,9 +76,10 @@ def test_a_glow_before_and_behind_a_grid(box: Scene, grid: Grid, picture: Pictur
 
 
 @pytest.mark.parametrize("free_flight", ["delta", "decomposition"])
-@pytest.mark.parametrize("scale", [0.3, 8, [20, 1, 4]])
+@pytest.mark.parametrize("scale", [0.3, 8, [1, 0.2, 0.5], [20, 1, 4]])
 def test_a_glow_that_varies(box: Scene, grid: Grid, picture: Picture, scale: Any, free_flight: str) -> None:
-    """A black grid that shines more where it is thinner, also where it is empty, against a quadrature along the ray."""
+    """A black grid that shines more where it is thinner, also where it is empty, against a quadrature along the ray.
+    Thin ones are gathered along flights, the others where these collide tentatively."""
     density, glow = np.random.default_rng(7).random((2, 9)).astype(np.float32)
     density[[2, 6]] = 0
     file = grid(glow[:, None, None])["file"]

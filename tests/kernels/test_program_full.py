@@ -46,7 +46,11 @@ SCENES: dict[str, tuple[dict[str, Any], set[str]]] = {
     "layers": ({"volumes": [BALL], "lights": [SKY], "orders": 1, "layers": ["depth"]}, {"grey", "layers"}),
     "fire": (
         {"volumes": [GRID | {"emission": {"kind": "blackbody", "file": "x", "kelvin": 20}}]},
-        {"grids", "grey", "emission"},
+        {"grids", "grey", "emission_at_events"},
+    ),
+    "glow": (
+        {"volumes": [GRID | {"scale": 0.01, "emission": {"kind": "constant", "epsilon": 20}}], "lights": [SKY]},
+        {"grids", "grey", "emission_along"},
     ),
     "everything": (
         {
@@ -63,10 +67,11 @@ SCENES: dict[str, tuple[dict[str, Any], set[str]]] = {
             "orders": 2,
             "layers": ["albedo", "normal", "depth", "optical_depth", "transmittance", "position"],
         },
-        {"grids", "spectral_mis", "next_event", "surfaces", "layers", "emission"},
+        {"grids", "spectral_mis", "next_event", "surfaces", "layers", "emission_at_events"},
     ),
 }
-FORMS = {"grids", "grey", "spectral_mis", "next_event", "equiangular", "surfaces", "layers", "emission"}
+FORMS = {"grids", "grey", "spectral_mis", "next_event", "equiangular", "surfaces", "layers"}
+FORMS |= {"emission_along", "emission_at_events"}
 scenes = pytest.mark.parametrize("name", SCENES)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from tests.conftest import Rng
 from tests.kernels.media_code import ask
 from tests.statistics import accept_mean
@@ -16,7 +17,7 @@ from woodcock.device import Context
 from woodcock.emission import blackbody, grid
 from woodcock.formats import Grid, VolumeError
 from woodcock.layout import module
-from woodcock.scene import BlackbodyEmission, GlobalMajorant, GridEmission, Volume
+from woodcock.scene import BlackbodyEmission, GlobalMajorant, GridEmission, GridMajorant, Majorant, Volume
 from woodcock.space import Array, Space
 from woodcock.volume.compose import compose
 from woodcock.volume.media import Medium, read_media, strongest
@@ -51,8 +52,6 @@ def read(file: str, name: str | None) -> Grid:
 
 
 def media_of(*volumes: dict[str, Any]) -> tuple[Medium, ...]:
-    from pydantic import TypeAdapter
-
     return read_media([TypeAdapter(Volume).validate_python(volume) for volume in volumes], read)
 
 
@@ -269,3 +268,37 @@ def test_facts() -> None:
 def test_files_of_something_else_are_refused(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(VolumeError, match=message):
         media_of({"kind": "grid", "file": "smoke", "albedo": 0.5, **keys})
+
+
+BLACK = {"kind": "grid", "file": "smoke", "albedo": 0.2}
+SHINING = {"kind": "grid", "file": "smoke"}
+
+
+@pytest.mark.parametrize("majorant", [GlobalMajorant(), GridMajorant(resolution=4)])
+@pytest.mark.parametrize(
+    ("volumes", "expected"),
+    [
+        ([BLACK | {"scale": 40, "emission": SHINING}], True),
+        ([BLACK | {"scale": 0.5, "emission": SHINING}], False),
+        ([BLACK | {"scale": 40, "emission": {"kind": "blackbody", "kelvin": 900}}], True),
+        ([BLACK | {"scale": 40, "emission": SHINING}, BLACK | {"scale": 10}], True),
+        ([BLACK | {"scale": 40}], False),
+        ([BLACK | {"scale": 40, "emission": SHINING}, {"kind": "constant", "shape": {"kind": "sphere", "radius": 1},
+          "sigma_t": 9, "albedo": 0, "emission": {"kind": "constant", "epsilon": 1}}], False),
+    ],
+)  # fmt: skip
+def test_where_emission_is_dense(volumes: list[dict[str, Any]], expected: bool, majorant: Majorant) -> None:
+    assert compose(media_of(*volumes), Space(), majorant).dense_glow is expected
+
+
+def test_emission_in_a_void_is_not_dense() -> None:
+    """A plane of voxels that shines, and one of haze that is a third of the grid away."""
+    haze, glow = np.zeros((2, 9, 1, 1), np.float32)
+    haze[0], glow[8] = 1, 1
+    placed = np.diag([1, 1, 1 / 9, 1])
+    files = {name: Grid(name, values, placed, placed=False) for name, values in (("haze", haze), ("glow", glow))}
+    volume: dict[str, Any] = {"kind": "grid", "file": "haze", "scale": 90, "albedo": 0}
+    volume["emission"] = {"kind": "grid", "file": "glow"}
+    media = read_media([TypeAdapter(Volume).validate_python(volume)], lambda file, name: files[file])
+    assert not compose(media, Space(), GridMajorant(resolution=8)).dense_glow
+    assert compose(media, Space(), GlobalMajorant()).dense_glow

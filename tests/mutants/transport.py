@@ -244,6 +244,20 @@ SINS = (
         ("tests/analytic/test_closed_forms.py::test_a_glow_that_varies",),
     ),
     Sin(
+        "emission at tentative collisions found by other words than σ_t",
+        device(f"{PARTS}grids.h"),
+        "emission_of_event(p, world, walk->t, w,",
+        "emission_of_event(p, world, walk->t, rng_next(&p->random, flying),",
+        ("tests/analytic/test_closed_forms.py::test_a_glow_that_varies",),
+    ),
+    Sin(
+        "emission at tentative collisions weighed by what comes after them",
+        device(f"{PARTS}emission_at_events.h"),
+        "path_gain(p, along, p->order, flying);",
+        "path_gain(p, along, p->order, flying & ~collide);",
+        ("tests/analytic/test_closed_forms.py::test_a_glow_that_varies",),
+    ),
+    Sin(
         "a clock begins to run at the ray's origin",
         device(f"{PARTS}media.py"),
         "*t = near + flight;",

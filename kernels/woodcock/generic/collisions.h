@@ -14,7 +14,7 @@ static inline coefficient medium_sigma_t_there(const struct world *world, int i,
 }
 
 // What medium `medium` emits where a flight collides with it, the share of collisions.
-static inline spectrum media_emitted(const struct world *world, integer medium, vector x, words w) {
+static inline spectrum media_emitted(const struct world *world, integer medium, vector x, words w, spectrum *others) {
     spectrum sum = spectrum_grey((real)0.f);
     for (int i = 0; i < world->scene->held.media; ++i) {
         if (world->scene->media[i].emission == EMISSION_NONE) continue;

@@ -1,7 +1,7 @@
 // Emission along flights, where any medium emits.
 #define emission_of_piece emission_gathered
 #define emission_of_collision emission_met
-#include "integrator/full/emission.h"
+#include "integrator/full/emission_along.h"
 #undef emission_of_piece
 #undef emission_of_collision
 

@@ -77,7 +77,7 @@ def media(held: Sequence[Medium], space: Space, majorant: Majorant, *, scatterin
         )
         for part in PARTS:
             field = getattr(medium, part)
-            own.append(dict(numbers[f"{name}_{part}_field"].values) if field else None)
+            own.append(dict(numbers[f"{name}_{medium.place(part)}_field"].values) if field else None)
             places.append(fields.add(field) if field else None)
         if table := lean.buffers.get(f"{name}_emission_table"):
             tables.append(table)

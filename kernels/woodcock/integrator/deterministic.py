@@ -144,7 +144,11 @@ def _described(index: int, medium: Medium, emission: bool) -> text.Medium:
     if emission and medium.albedo and isinstance(medium.volume.emission, BlackbodyEmission):
         fields["albedo"] = medium.albedo
     name = f"medium_{index}"
-    lattices = tuple(text.Lattice(f"{name}_{part}_field", field.nearest) for part, field in fields.items())
+    lattices = tuple(
+        text.Lattice(f"{name}_{part}_field", field.nearest)
+        for part, field in fields.items()
+        if medium.place(part) == part
+    )
     return text.Medium(f"world->scene->{name}.to_local", lattices=lattices, emits=emission and medium.emits)
 
 

@@ -140,7 +140,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
             phase.text if volumes else NO_PHASE,
             *((composed.text,) if volumes else ()),
             *(surfaces.parts if surfaces else ()),
-            *parts.of(uses),
+            *parts.of(uses, dense_glow=composed.dense_glow),
         ),
         facts={**composed.facts, **held.series(scene)},
     )

@@ -17,8 +17,9 @@ from woodcock.layout import Record
 from woodcock.majorant import grid as majorant_grid
 from woodcock.majorant.control import Control
 from woodcock.scene import GridMajorant, Majorant
-from woodcock.space import Space
+from woodcock.space import Array, Space
 from woodcock.volume.field import CHUNK, Buffer
+from woodcock.volume.glow import Box, dense_glow
 from woodcock.volume.media import Medium, corners
 from woodcock.volume.text import Composed, Writer
 
@@ -41,7 +42,8 @@ def compose(
     composed = Composed()
     grids = {index: medium for index, medium in enumerate(media) if medium.density}
     if grids:
-        _tracking(composed, grids, space, majorant, control=control, residual=residual)
+        bounds, box = _tracking(composed, grids, space, majorant, control=control, residual=residual)
+        composed.dense_glow = dense_glow(media, bounds, box)
     grey = all(medium.grey for medium in media)
     for index, medium in enumerate(media):
         composed.use("volume", medium.volume.kind)
@@ -73,20 +75,24 @@ def _tracking(
     *,
     control: bool,
     residual: bool,
-) -> None:
+) -> tuple[Array, Box]:
     """The space in which all grids are tracked together, and the majorant over it: the voxels of the only one, else an
-    axis-aligned box around all. grids: by their place among the media."""
+    axis-aligned box around all. grids: by their place among the media.
+
+    Gives the majorant of every cell, [z][y][x] in scene units, and the box that is cut into these.
+    """
     media = list(grids.values())
     placed = [(medium.density, medium.to_scene(medium.density)) for medium in media if medium.density]
     points = np.concatenate([corners(*pair) for pair in placed])
     low, high = points.min(axis=0), points.max(axis=0)
     if len(media) == 1:
         size, to_local = np.array(placed[0][0].size, float), space.affine(placed[0][1])
+        box = Box(np.zeros(3), size, np.asarray(np.linalg.inv(placed[0][1])))
     else:
         size = np.ldexp(high - low, -space.length_exponent)
         to_local = np.hstack([np.eye(3), -space.point(low)[:, None]])
-    box = {"to_local": to_local, "size": size}
-    composed.records.append(Record("tracking", "", "tracking", TRACKING, box))
+        box = Box(low, high, np.eye(4))
+    composed.records.append(Record("tracking", "", "tracking", TRACKING, {"to_local": to_local, "size": size}))
 
     # The device's space is about one long.
     error = majorant_grid.MARGIN * float(np.ldexp(1.0, space.length_exponent))
@@ -120,6 +126,7 @@ def _tracking(
             above = majorant_grid.buffers(found.residual, space)["bounds"]
             composed.buffers["majorant_residual"] = Buffer.of(above)
         composed.text += _cell(majorant)
+    return bounds, box
 
 
 def _cell(majorant: Majorant) -> str:

@@ -34,6 +34,14 @@ class Medium:
         assert isinstance(self.volume, GridVolume)
         return grids.to_scene(self.volume, field.grid)
 
+    def place(self, part: str) -> str:
+        """The field whose record says where the voxels of `part` are: the density's, if they are the same."""
+        field, density = getattr(self, part), self.density
+        assert field is not None
+        assert density is not None
+        same = field.size == density.size and np.array_equal(self.to_scene(field), self.to_scene(density))
+        return "density" if same else part
+
     @property
     def bound(self) -> Array:
         """(1,) or (3,): the largest σ_t of every channel."""

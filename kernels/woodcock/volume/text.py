@@ -22,7 +22,8 @@ from woodcock.volume.media import Medium
 @dataclass
 class Composed:
     """kinds: by concept; records: in order; buffers: members of `struct world`; files: to include, after the structs
-    and before `struct world`; text: after it; facts: for the report."""
+    and before `struct world`; text: after it; facts: for the report; dense_glow: is all emission where tentative
+    collisions are dense (glow.py)?"""
 
     kinds: dict[str, tuple[str, ...]] = field(default_factory=dict)
     records: list[Record] = field(default_factory=list)
@@ -30,6 +31,7 @@ class Composed:
     files: list[str] = field(default_factory=list)
     text: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
+    dense_glow: bool = False
 
     def use(self, concept: str, kind: str, *files: str) -> None:
         if kind not in self.kinds.get(concept, ()):
@@ -114,8 +116,9 @@ class Writer:
         if emission is None:
             return ""
         place = f"&world->scene->{self.name}_emission_numbers"
-        epsilon, absorbed, one_tap = f"emission_constant_epsilon({place})", False, ""
+        epsilon, absorbed = f"emission_constant_epsilon({place})", False
         there = f"{self.name}_emission_there_exact(world, p)"
+        once = {f"{self.name}_sigma_t_exact(world, p)": f"{self.name}_sigma_t(world, p, w)"}
         match emission:
             case ConstantEmission(epsilon=value):
                 self._emission_record("constant", constant.FIELDS, constant.record(np.atleast_1d(value), self.space))
@@ -124,10 +127,9 @@ class Writer:
                 self._emission_record(
                     "grid", emission_grid.FIELDS, emission_grid.record(emission, field.step, self.space)
                 )
-                epsilon, one_tap = (
-                    f"emission_grid_epsilon({place}, {value if field.channels == 3 else f'spectrum_grey({value})'})"
-                    for value in (there, f"{self.name}_emission_there(world, p, w)")
-                )
+                spectrum = there if field.channels == 3 else f"spectrum_grey({there})"
+                epsilon = f"emission_grid_epsilon({place}, {spectrum})"
+                once[there] = f"{self.name}_emission_there(world, p, w)"
             case BlackbodyEmission() if field is None:
                 radiance = blackbody.radiance(emission, np.array(emission.kelvin))
                 self._emission_record("constant", constant.FIELDS, constant.record(radiance, self._lengthless()))
@@ -150,9 +152,9 @@ class Writer:
             body += f"    epsilon = {_pick('spectrum', holds, 'epsilon')};\n"
         body += "    return epsilon;\n"
         text = self._function("spectrum", "emission", "vector p", body)
-        if one_tap:
-            text += self._function("spectrum", "emission_once", "vector p, words w", body.replace(epsilon, one_tap))
-        return text
+        for exact, tap in once.items():
+            body = body.replace(exact, tap)
+        return text + self._function("spectrum", "emission_once", "vector p, words w", body)
 
     def _emission_record(self, kind: str, fields: Mapping[str, str], values: Mapping[str, Any]) -> None:
         self._record("emission", kind, f"{self.name}_emission_numbers", fields, values)
@@ -169,8 +171,9 @@ class Writer:
         name, value = f"{self.name}_{part}", "real" if field.channels == 1 else "spectrum"
         density = self.medium.density
         assert density is not None
-        own = field.record(self.medium.to_scene(density), self.medium.to_scene(field))
-        self._record("volume", "field", f"{name}_field", FIELDS, own)
+        if self.medium.place(part) == part:
+            own = field.record(self.medium.to_scene(density), self.medium.to_scene(field))
+            self._record("volume", "field", f"{name}_field", FIELDS, own)
         self.composed.use("storage", field.storage, "volume/field.h", f"volume/field_{field.storage}.h")
         text = self._fetch(name, field)
         nearest = f"{name}_fetch(world, field_nearest({self._of(part)}, p))"
@@ -193,7 +196,8 @@ class Writer:
         text += self._function(value, f"{part}_exact", "vector p", full)
         if part != "density":
             holds = f"field_holds({self._of(part)}, q)"
-            inside = f"    vector q = affine_point(&world->scene->{name}_field.from_local, p);\n    {value} value = "
+            q = f"affine_point({self._of(part)}.from_local, p)" if self.medium.place(part) == part else "p"
+            inside = f"    vector q = {q};\n    {value} value = "
             outside = f";\n    return {_pick(value, holds)};\n"
             one, full = f"{name}_at(world, q, w)", f"{name}_exact(world, q)"
             if part == "albedo" or (part == "emission" and isinstance(self.medium.volume.emission, GridEmission)):
@@ -233,7 +237,7 @@ class Writer:
         self.composed.records.append(Record(concept, kind, member, fields, values))
 
     def _of(self, part: str) -> str:
-        return f"&world->scene->{self.name}_{part}_field"
+        return f"&world->scene->{self.name}_{self.medium.place(part)}_field"
 
     def _sigma_t_type(self) -> str:
         return "float" if self.grey else "colour"

@@ -37,6 +37,7 @@ static inline void grids_step(path *p, const struct world *world, majorant_walk 
     emission_of_piece(p, world, p->tracked, p->tracked_low, walk->t, low, active & ~p->walking);
     p->tracked = pick(p->tracked, walk->t, active);
     p->tracked_low = pick(p->tracked_low, low, active);
+    emission_of_event(p, world, walk->t, w, walk->bound, medium, own, flying, collide);
     path_null(p, sigma_t, walk->bound, flying & ~collide);
 
     coefficient kept;

@@ -35,6 +35,7 @@ static inline void grids_step(path *p, const struct world *world, grid_state *g,
     emission_of_piece(p, world, p->tracked, p->tracked_low, walk->t, low, flying);
     p->tracked = pick(p->tracked, walk->t, active);
     p->tracked_low = pick(p->tracked_low, low, active);
+    emission_of_event(p, world, walk->t, w, walk->bound, medium, own, event & flying, collide);
     path_null(p, sigma_t, walk->bound, event & flying & ~collide);
     *collided = collide;
     p->medium = pick(p->medium, medium, collide);

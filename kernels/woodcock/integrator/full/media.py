@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from woodcock.scene import ConstantVolume, GridEmission, MeshShape, Volume
+from woodcock.scene import ConstantVolume, MeshShape, Volume
 
 
 def local(i: int, volume: Volume, x: str) -> str:
@@ -271,53 +271,61 @@ static inline spectrum media_albedo(const struct world *world, integer medium, v
 """
 
 
-def emission(volumes: Sequence[Volume]) -> str:
-    """ε by its two estimators: ∫ ε along a piece of a segment, by a random point of what each medium has of it, and at
-    a collision. Where ε is linear in what a grid stores, by one tap; both take taps of σ_t and ε by the same words."""
-    parts, met = [], []
-    for i, volume in enumerate(volumes):
-        if volume.emission is None:
-            continue
-        if isinstance(volume, ConstantVolume):
-            clip = f"    clocks_interval_{i}(world, p, to, &near, &far);\n    near = larger(near, from);\n"
-        else:
-            clip = f"""\
-    near = from, far = to;
-    box_clip(world->scene->medium_{i}.size, {local(i, volume, "p->origin")},
-             affine_direction(&world->scene->medium_{i}.to_local, p->direction), &near, &far);
-"""
-        at = local(i, volume, "vector_along(p->origin, t, p->direction)")
-        call = f"medium_{i}_emission(world, at)"
-        if isinstance(volume.emission, GridEmission):
-            call = f"medium_{i}_emission_once(world, at, w)"
-        lookups = f"{call}, medium_{i}_sigma_t(world, at, w)"
-        met.append(f"""\
+def emission(volumes: Sequence[Volume], *, tentative: bool) -> str:
+    """ε by its two estimators: where a flight collides, and before that at tentative collisions or along pieces, ∫ ε by
+    a random point of what each medium has of one. Where ε is linear in what a grid stores, by one tap; all taps are by
+    the same words."""
+    glowing = [(i, volume) for i, volume in enumerate(volumes) if volume.emission is not None]
+    lookups = {i: f"medium_{i}_emission_once(world, at, w), medium_{i}_sigma_t(world, at, w)" for i, _ in glowing}
+    met = "".join(
+        f"""\
     at = {local(i, volume, "x")};
-    found = emission_collided({lookups});
-    sum = spectrum_pick(sum, found, test(medium == {i}));
-""")
-        parts.append(f"""\
-{clip}    length = far - near + pick((real)0.f, to_low, test(far == to));
-    length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
-    t = near + u * length;
-    at = {at};
-    found = emission_along({lookups});
-    found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
-    sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
-""")
-    return f"""\
-// What medium `medium` emits where a flight collides with it, the share of collisions.
-static inline spectrum media_emitted(const struct world *world, integer medium, vector x, words w) {{
-    spectrum found, sum = spectrum_grey((real)0.f);
+    found = emission_collided({lookups[i]});
+    collided = spectrum_pick(collided, found, test(medium == {i}));
+    along = spectrum_add(along, found);
+"""
+        for i, volume in glowing
+    )
+    text = f"""\
+// Where a flight collides: the share of collisions of what `medium` emits, and the other share of all media, over κ.
+static inline spectrum media_emitted(const struct world *world, integer medium, vector x, words w, spectrum *others) {{
+    spectrum found, collided = spectrum_grey((real)0.f), along = collided;
     vector at;
-{"".join(met)}    return sum;
+{met}    *others = along;
+    return collided;
 }}
+"""
+    if tentative:
+        return text
+    pieces = "".join(_piece(i, volume, lookups[i]) for i, volume in glowing)
+    return f"""\
+{text}\
 static inline spectrum media_emission(const struct world *world, const path *p, real from, real from_low, real to,
                                       real to_low, words w) {{
     const real u = unit(w.x);
     spectrum found, sum = spectrum_grey((real)0.f);
     real near, far, length, t;
     vector at;
-{"".join(parts)}    return sum;
+{pieces}    return sum;
 }}
+"""
+
+
+def _piece(i: int, volume: Volume, lookups: str) -> str:
+    if isinstance(volume, ConstantVolume):
+        clip = f"    clocks_interval_{i}(world, p, to, &near, &far);\n    near = larger(near, from);\n"
+    else:
+        clip = f"""\
+    near = from, far = to;
+    box_clip(world->scene->medium_{i}.size, {local(i, volume, "p->origin")},
+             affine_direction(&world->scene->medium_{i}.to_local, p->direction), &near, &far);
+"""
+    return f"""\
+{clip}    length = far - near + pick((real)0.f, to_low, test(far == to));
+    length = larger(length - pick((real)0.f, from_low, test(near == from)), (real)0.f);
+    t = near + u * length;
+    at = {local(i, volume, "vector_along(p->origin, t, p->direction)")};
+    found = emission_along({lookups});
+    found = spectrum_scale(spectrum_multiply(found, path_weight_at(p, world, t)), length);
+    sum = spectrum_pick(sum, spectrum_add(sum, found), test(length > 0.f));
 """

@@ -94,8 +94,11 @@ class Uses:
         return self.shining or any(module("light", light.kind).ON_ESCAPE for light in self.sampled)
 
 
-def of(uses: Uses) -> list[str]:
-    """Parts for `flatten`, to follow the calls of media, phase functions and surfaces."""
+def of(uses: Uses, *, dense_glow: bool) -> list[str]:
+    """Parts for `flatten`, to follow the calls of media, phase functions and surfaces.
+
+    dense_glow: do all media that emit do so where tentative collisions are dense?
+    """
     return [
         _camera(uses.scene),
         _layers(uses) + f"#define LEAST {'(-MAXFLOAT)' if uses.transmittance == 'ray_marching' else '0.f'}\n",
@@ -105,8 +108,7 @@ def of(uses: Uses) -> list[str]:
         "integrator/full/walk.h",
         _form("layers", uses.layers),
         media.albedo(uses.volumes),
-        *(["integrator/full/emission_shares.h", media.emission(uses.volumes)] if uses.emits else []),
-        _form("emission", uses.emits),
+        *_emission(uses, dense_glow=dense_glow),
         *(_grids(uses) if uses.grids else ["integrator/full/no_grids.h"]),
         lights.escape(uses.lights, len(uses.sampled) + uses.shining),
         *(["integrator/guide.h", guide.axis(uses.lights, "vector from, ")] if uses.guided else []),
@@ -140,6 +142,14 @@ def _grids(uses: Uses) -> list[str]:
         parts.append(f"majorant/{majorant}_ahead.h")
     forms = (f"flights_{flight}", f"walks_{transmittance}", "grids_by_kind")
     return parts + [f"integrator/full/{form}.h" for form in forms]
+
+
+def _emission(uses: Uses, *, dense_glow: bool) -> list[str]:
+    if not uses.emits:
+        return ["integrator/full/no_emission.h"]
+    form = "at_events" if dense_glow else "along"
+    calls = media.emission(uses.volumes, tentative=dense_glow)
+    return ["integrator/full/emission_shares.h", calls, f"integrator/full/emission_{form}.h"]
 
 
 def _form(part: str, used: bool) -> str:

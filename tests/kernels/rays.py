@@ -180,6 +180,9 @@ static inline coefficient medium_{index}_sigma_t_exact(const struct world *world
     real value = medium_{index}_value(world, p);
     return {scaled.format(index)};
 }}
+static inline coefficient medium_{index}_sigma_t_pair(const struct world *world, vector p, vector q) {{
+    return coefficient_add(medium_{index}_sigma_t_exact(world, p), medium_{index}_sigma_t_exact(world, q));
+}}
 static inline spectrum medium_{index}_emission(const struct world *world, vector p) {{
     real value = medium_{index}_value(world, p);
     return spectrum_scale(spectrum_uniform(world->scene->medium_{index}.epsilon), {power});

@@ -39,7 +39,7 @@ def lay_out(scene: Scene, read: Read, integrator: str) -> Layout:
     grey = all(medium.grey for medium in media)
     many = any(medium.coloured for medium in media) or any(map(image.is_coloured, shining))
     channels = 3 if coloured(scene) or many else 1
-    composed = compose(media, space, GlobalMajorant())
+    composed = compose(media, space, GlobalMajorant(), pairs=integrator == "transmittance")
     lights, light_buffers = instances("light", ((f"light_{i}", light) for i, light in enumerate(shining)), space)
 
     width, height = scene.film.width, scene.film.height

@@ -18,7 +18,8 @@ class Lattice:
 
 @dataclass(frozen=True)
 class Medium:
-    """Medium i of a scene, whose text has `medium_<i>_sigma_t_exact(world, p)` and `medium_<i>_emission(world, p)`.
+    """Medium i of a scene, whose text has `medium_<i>_sigma_t_exact(world, p)` and `medium_<i>_emission(world, p)`; for
+    depths of grids `medium_<i>_sigma_t_pair(world, p, q)`, the sum at two points of a cell.
 
     to_local: C expression of the affine to the space of p, from device space; shape: kind and C expression of its
     struct, of a homogeneous medium; lattices: the grids that it interpolates, the first of which says where it is;
@@ -159,9 +160,9 @@ static inline coefficient {name}_depth(const struct world *world, vector anchor,
         // Gauss's two points, 1/√3 of the way from the middle to the ends: exact for a cubic.
         real to = larger({name}_next(&walk, from), from), wide = 0.5f * (to - from), middle = from + wide;
         real away = wide * (number)0.57735026918962576;
-        coefficient a = {name}_sigma_t_exact(world, vector_along(walk.origin, middle - away, walk.along));
-        coefficient b = {name}_sigma_t_exact(world, vector_along(walk.origin, middle + away, walk.along));
-        coefficient step = coefficient_scale(coefficient_add(a, b), wide);
+        coefficient both = {name}_sigma_t_pair(world, vector_along(walk.origin, middle - away, walk.along),
+                                               vector_along(walk.origin, middle + away, walk.along));
+        coefficient step = coefficient_scale(both, wide);
         optical_depth_add(&depth, coefficient_pick(none, step, active));
         {name}_pass(world, &walk, to, active);
         from = pick(from, to, active);

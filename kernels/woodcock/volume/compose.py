@@ -33,11 +33,12 @@ def compose(
     *,
     control: bool = False,
     residual: bool = False,
+    pairs: bool = False,
     most_bytes: int = CHUNK,
 ) -> Composed:
     """control: of every grid, its least in every cell of the majorant; residual: and a bound on what is above.
 
-    most_bytes: of a buffer, what the device takes in one piece.
+    pairs: σ_t of grids at two points of a cell; most_bytes: of a buffer, what the device takes in one piece.
     """
     composed = Composed()
     grids = {index: medium for index, medium in enumerate(media) if medium.density}
@@ -51,6 +52,8 @@ def compose(
         composed.text += writer.grid(alone=len(grids) == 1) if medium.density else writer.constant()
         if medium.density and control:
             composed.text += writer.minorant()
+        if medium.density and pairs:
+            composed.text += writer.pair()
     composed.facts["media"] = [_facts(medium) for medium in media]
     return composed
 

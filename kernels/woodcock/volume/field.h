@@ -48,6 +48,18 @@ static inline field_cell field_cell_of(__constant const struct volume_field *fie
     return cell;
 }
 
+// The weights of q among the voxels around p, between which it lies to rounding.
+static inline field_cell field_cell_at(const field_cell *around, vector p, vector q) {
+    field_cell cell = *around;
+    cell.x[1] += q.x - p.x;
+    cell.y[1] += q.y - p.y;
+    cell.z[1] += q.z - p.z;
+    cell.x[0] = 1.f - cell.x[1];
+    cell.y[0] = 1.f - cell.y[1];
+    cell.z[0] = 1.f - cell.z[1];
+    return cell;
+}
+
 static inline field_place field_corner(__constant const struct volume_field *field, const field_cell *cell, int corner) {
     return field_at(field, cell->i[corner & 1], cell->j[(corner >> 1) & 1], cell->k[corner >> 2]);
 }

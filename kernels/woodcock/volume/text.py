@@ -108,6 +108,23 @@ class Writer:
         body = f"    {value};\n    return {self._sigma_t('value', channels)};\n"
         return self._function("coefficient", "minorant", "const majorant_walk *walk", body)
 
+    def pair(self) -> str:
+        """σ_t at two points of one cell of the medium's voxels, added: each voxel is fetched once."""
+        density = self.medium.density
+        assert density is not None
+        value, points = "real" if density.channels == 1 else "spectrum", "vector p, vector q"
+        if density.nearest:
+            once = f"{self.name}_density_exact(world, p)"
+            body = f"    return {f'2.f * {once}' if value == 'real' else f'spectrum_scale({once}, (real)2.f)'};\n"
+        else:
+            body = f"    field_cell cell = field_cell_of({self._of('density')}, p);\n"
+            body += "    field_cell other = field_cell_at(&cell, p, q);\n"
+            body += self._corners("density", density, "(field_weight(&cell, corner) + field_weight(&other, corner))")
+        text = self._function(value, "density_pair", points, body)
+        body = f"    {value} value = {self.name}_density_pair(world, p, q);\n"
+        body += f"    return {self._sigma_t('value', density.channels)};\n"
+        return text + self._function("coefficient", "sigma_t_pair", points, body)
+
     # Emission
 
     def _emission(self, holds: str, albedo: str) -> str:
@@ -181,17 +198,8 @@ class Writer:
             one, full = f"    return {nearest};\n", f"    return {nearest};\n"
         else:
             one = f"    return {name}_fetch(world, field_trilinear({self._of(part)}, p, w));\n"
-            corner = f"{name}_fetch(world, field_corner({self._of(part)}, &cell, corner))"
-            weight = "field_weight(&cell, corner)"
-            zero, added = "(real)0.f", f"sum + {weight} * {corner}"
-            if value == "spectrum":
-                zero, added = f"spectrum_grey({zero})", f"spectrum_add(sum, spectrum_scale({corner}, {weight}))"
-            full = f"""\
-    field_cell cell = field_cell_of({self._of(part)}, p);
-    {value} sum = {zero};
-    for (int corner = 0; corner < 8; ++corner) sum = {added};
-    return sum;
-"""
+            cell = f"    field_cell cell = field_cell_of({self._of(part)}, p);\n"
+            full = cell + self._corners(part, field, "field_weight(&cell, corner)")
         text += self._function(value, f"{part}_at", "vector p, words w", one)
         text += self._function(value, f"{part}_exact", "vector p", full)
         if part != "density":
@@ -204,6 +212,19 @@ class Writer:
                 text += self._function(value, f"{part}_there", "vector p, words w", f"{inside}{one}{outside}")
             text += self._function(value, f"{part}_there_exact", "vector p", f"{inside}{full}{outside}")
         return text
+
+    def _corners(self, part: str, field: Field, weight: str) -> str:
+        """The sum of the cell's corners, each times its weight."""
+        corner = f"{self.name}_{part}_fetch(world, field_corner({self._of(part)}, &cell, corner))"
+        value, zero, added = "real", "(real)0.f", f"sum + {weight} * {corner}"
+        if field.channels > 1:
+            value, zero = "spectrum", f"spectrum_grey({zero})"
+            added = f"spectrum_add(sum, spectrum_scale({corner}, {weight}))"
+        return f"""\
+    {value} sum = {zero};
+    for (int corner = 0; corner < 8; ++corner) sum = {added};
+    return sum;
+"""
 
     def _fetch(self, name: str, field: Field) -> str:
         """What is stored of a voxel, from the chunk that it lies in."""

@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.analytic.scenes import PHASES, Grid, Kind, Picture, Scene, constant, cuboid, noise, random_walk, same
+from tests.analytic.scenes import (
+    PHASES,
+    Grid,
+    Kind,
+    Picture,
+    Scene,
+    ball,
+    constant,
+    cuboid,
+    noise,
+    random_walk,
+    rectangle,
+    same,
+    white_image,
+)
 
 from woodcock.integrator import guide
 
@@ -46,3 +61,22 @@ def test_guided_and_not(
     monkeypatch.setattr(guide, "guides", lambda *_: False)
     same(picture(scene | {"seed": 8}, 2048), guided, within=0.01)
     assert not np.array_equal(picture(scene, 4).mean, few.mean)  # or nothing was guided
+
+
+def test_guided_from_surfaces(box: Scene, picture: Picture, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Rough ones, that is; the environment is found by chance as well, and a lamp."""
+    monkeypatch.setattr(guide, "OPAQUE", 1.0)
+    glass = {"kind": "rough_dielectric", "ior": 1.5, "roughness": 0.4}
+    surfaces = [
+        rectangle([0.8, 0, 0], [0, 0.6, 0.5], [0.5, 0.5, 0.6], {"kind": "diffuse", "reflectance": [0.9, 0.7, 0.5]}),
+        {**ball((0.3, 0.4, 0.2), 0.15), "material": glass},
+        {**ball((0.8, 0.6, 0.2), 0.15), "material": {"kind": "mirror", "reflectance": 1}},
+        {**ball((0.2, 0.9, 0.1), 0.1), "material": {"kind": "emissive", "radiance": 3}},
+    ]
+    fog = constant(cuboid(), 1.5, 0.9, phase=PHASES["henyey_greenstein"])
+    scene: dict[str, Any] = random_walk(
+        box, volumes=[fog], surfaces=surfaces, lights=[white_image(tmp_path), SPOT, SUN]
+    )
+    guided = picture(scene, 1024)
+    monkeypatch.setattr(guide, "guides", lambda *_: False)
+    same(picture(scene | {"seed": 8}, 1024), guided, within=0.01)

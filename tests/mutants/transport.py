@@ -132,6 +132,13 @@ SINS = (
         (f"{LOOPS}::test_simple_and_full",),
     ),
     Sin(
+        "directions from surfaces towards lights are weighed by the material alone",
+        device(f"{PARTS}surface_scatter_guided.h"),
+        "    surface_scatter_eval(p, world, at, *out, &value, &density);",
+        "    material_eval(world, at->surface, p->incoming, *out, at->shading, at->geometric, &value, &density);",
+        ("tests/analytic/test_guide.py::test_guided_from_surfaces",),
+    ),
+    Sin(
         "phase function forgotten in the MIS weight",
         device(f"{PARTS}next_event.h"),
         "sample.pdf / (sample.pdf + pdf)",
@@ -140,9 +147,9 @@ SINS = (
     ),
     Sin(
         "walk towards the light along the wrong cosine",
-        device(f"{PARTS}surfaces.h"),
-        "s->at.surface, p->incoming, towards,",
-        "s->at.surface, towards, p->incoming,",
+        device(f"{PARTS}surface_scatter.h"),
+        "at->surface, p->incoming, towards,",
+        "at->surface, towards, p->incoming,",
         ("tests/analytic/test_closed_forms.py",),
     ),
     Sin(
@@ -197,14 +204,14 @@ SINS = (
     Sin(
         "equiangular vertices not weighed against collisions",
         device(f"{PARTS}equiangular.h"),
-        "phase / (density + rival)",
+        "phase / density * equiangular_power(density, rival)",
         "phase / density",
         (f"{LOOPS}::test_point_light_on_a_constant_grid",),
     ),
     Sin(
         "collisions not weighed against equiangular vertices",
         device(f"{PARTS}equiangular.h"),
-        "rival / (rival + density)",
+        "equiangular_power(rival, density)",
         "(real)1.f",
         (f"{LOOPS}::test_point_light_on_a_constant_grid",),
     ),

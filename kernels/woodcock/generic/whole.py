@@ -115,6 +115,7 @@ def widen(scene: Scene, read: Read) -> Layout:
             "integrator/full/scatter_guided.h",
             lights.SCATTER_PDF,
             surface_pdf(True),
+            "integrator/full/surface_scatter_guided.h",
             "integrator/full/surfaces.h",
             "generic/equiangular.h",
             "generic/next_event.h",

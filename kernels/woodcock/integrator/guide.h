@@ -10,6 +10,9 @@
 static inline real guide_share(const struct world *world, integer order) {
     return (real)world->scene->guide.share / ((real)world->scene->guide.settle + to_real(order));
 }
+static inline real guide_surface_share(const struct world *world, integer order) {
+    return (real)world->scene->guide.surface_share / ((real)world->scene->guide.settle + to_real(order));
+}
 static inline vector guide_sample(const struct world *world, vector axis, real u, real v) {
     return lobe_henyey_greenstein_around((real)world->scene->guide.g, (real)world->scene->guide.gap, axis, u, 1.f - u, v);
 }

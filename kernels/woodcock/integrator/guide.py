@@ -9,12 +9,13 @@ from woodcock.layout import Record, module
 from woodcock.phase.henyey_greenstein import lobe
 from woodcock.scene import Volume
 
-FIELDS = {"g": "float", "gap": "float", "share": "float", "settle": "float"}
+FIELDS = {"g": "float", "gap": "float", "share": "float", "surface_share": "float", "settle": "float"}
 #: What a light's record tells of where it is: a direction, or a place.
 AXES = {"directional": "towards", "sun": "towards", "point": "position", "spot": "position"}
 #: Phase functions that favour no direction, whose product with another one is that one.
 EVEN = ("isotropic", "rayleigh")
-#: The share of the first scattering is this × (1 - |g|), over 1 in thin media and over OPAQUE in opaque ones.
+#: The share of the first scattering is this × (1 - |g|), over 1 in thin media and over OPAQUE in opaque ones; surfaces,
+#: whose lobes are wide, have this, and a half at most.
 SHARE, OPAQUE = 1.5, 10.0
 
 
@@ -33,7 +34,8 @@ def record(volumes: Sequence[Volume], lights: Collection[str], depth: float) -> 
         g = math.copysign((1 + abs(g)) / 2, g)
     # A thin medium of a phase function that is nearly even could have a share above 1.
     settle = max(min(1 + depth / 2, OPAQUE), 2 * share)
-    return Record("guide", "", "guide", FIELDS, dict(zip(FIELDS, (*lobe(g), share, settle), strict=True)))
+    surface = min(SHARE, settle / 2) if share > 0 else 0.0
+    return Record("guide", "", "guide", FIELDS, dict(zip(FIELDS, (*lobe(g), share, surface, settle), strict=True)))
 
 
 def axis(lights: Sequence[Record], place: str = "") -> str:

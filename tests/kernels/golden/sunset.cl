@@ -207,7 +207,7 @@ struct majorant_global { float mean_free_path; };
 struct phase_henyey_greenstein { float g; float gap; };
 struct light_constant { colour radiance; };
 struct light_directional { vector3 towards; colour irradiance; };
-struct guide { float g; float gap; float share; float settle; };
+struct guide { float g; float gap; float share; float surface_share; float settle; };
 struct scene { struct film film; struct camera_perspective camera; struct volume_grid volume; struct majorant_global majorant; struct phase_henyey_greenstein phase; struct light_constant light_0; struct light_directional light_1; struct light_directional light_2; struct guide guide; };
 #line 1 "camera/perspective.h"
 // A pinhole. Rays are anchored on a plane through the scene's middle, computed in float64 on the host, so that a camera
@@ -529,6 +529,9 @@ static inline mask next_event_start(next_event *event, const struct world *world
 
 static inline real guide_share(const struct world *world, integer order) {
     return (real)world->scene->guide.share / ((real)world->scene->guide.settle + to_real(order));
+}
+static inline real guide_surface_share(const struct world *world, integer order) {
+    return (real)world->scene->guide.surface_share / ((real)world->scene->guide.settle + to_real(order));
 }
 static inline vector guide_sample(const struct world *world, vector axis, real u, real v) {
     return lobe_henyey_greenstein_around((real)world->scene->guide.g, (real)world->scene->guide.gap, axis, u, 1.f - u, v);

@@ -1,13 +1,20 @@
 // Equiangular sampling of the distance along a flight: Kulla & Fajardo, "Importance sampling techniques for path tracing in
 // participating media", EGSR 2012. Beside the collision that the flight itself makes, a vertex close to a point light is
-// chosen in media that are constant, where its transmittance is known; the two share the light's samples by the balance
-// heuristic. Densities are those of grey media; in colour they are means over channels, which weigh as rightly.
+// chosen in media that are constant, where its transmittance is known; the two share the light's samples by the power heuristic
+// (Veach & Guibas 1995): in thin media collisions are rare, and what they would bring is noise. Densities are those of grey
+// media; in colour they are means over channels, which weigh as rightly.
 #include "core/equiangular.h"
 
 // Density by which flights and next-event estimation make a vertex at t with the sample of this light.
 static inline real equiangular_rival(const path *p, const struct world *world, real t, coefficient sigma_t) {
     coefficient survival = coefficient_exp_minus(clocks_depth(world, p, t));
     return coefficient_mean(coefficient_multiply(sigma_t, survival)) * LIGHT_CHANCE;
+}
+
+// The weight of the one that has the density `own`, above 0; a ratio, as squares of densities may not be floats.
+static inline real equiangular_power(real own, real other) {
+    real ratio = other / own;
+    return 1.f / (1.f + ratio * ratio);
 }
 
 // Where the segment runs through constant media that the light reaches.
@@ -29,7 +36,7 @@ static inline real equiangular_weight(const path *p, const struct world *world, 
     real near, far, rival = equiangular_rival(p, world, p->end, sigma_t);
     equiangular_span(p, world, light, &near, &far);
     real density = equiangular_density(p, world, light, near, far, p->end);
-    return pick((real)1.f, rival / (rival + density), place & test(rival > 0.f));
+    return pick((real)1.f, equiangular_power(rival, density), place & test(rival > 0.f));
 }
 
 // Asks a light for flights that set out, from a vertex of their segment; returns those that wait for the answer.
@@ -52,7 +59,7 @@ static inline mask equiangular_start(path *p, const struct world *world, mask fl
     coefficient survival = coefficient_exp_minus(clocks_depth(world, p, t));
     spectrum scattered = spectrum_attenuate(p->throughput, coefficient_multiply(own, survival));
     scattered = spectrum_multiply(scattered, media_albedo(world, medium, at, w));
-    spectrum arriving = spectrum_scale(spectrum_multiply(scattered, sample.weight), phase / (density + rival));
+    spectrum arriving = spectrum_scale(spectrum_multiply(scattered, sample.weight), phase / density * equiangular_power(density, rival));
     mask lit = chosen & test(near < far) & test(medium >= 0) & test(density > 0.f) & test(spectrum_max(arriving) > 0.f);
     return shadow_cast_aside(p, world, at, &sample, arriving, lit);
 }

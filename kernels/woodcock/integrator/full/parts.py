@@ -99,6 +99,7 @@ def of(uses: Uses, *, dense_glow: bool) -> list[str]:
 
     dense_glow: do all media that emit do so where tentative collisions are dense?
     """
+    guided = "_guided" if uses.guided else ""
     return [
         _camera(uses.scene),
         _layers(uses) + f"#define LEAST {'(-MAXFLOAT)' if uses.transmittance == 'ray_marching' else '0.f'}\n",
@@ -112,10 +113,11 @@ def of(uses: Uses, *, dense_glow: bool) -> list[str]:
         *(_grids(uses) if uses.grids else ["integrator/full/no_grids.h"]),
         lights.escape(uses.lights, len(uses.sampled) + uses.shining),
         *(["integrator/guide.h", guide.axis(uses.lights, "vector from, ")] if uses.guided else []),
-        f"integrator/full/scatter{'_guided' if uses.guided else ''}.h",
+        f"integrator/full/scatter{guided}.h",
         _scatter_pdf(uses.found_by_both),
         *([lights.choose(uses.lights, uses.shining)] if uses.next_event else []),
         *([lights.surface_pdf(uses.shining)] if uses.surfaces else []),
+        *([f"integrator/full/surface_scatter{guided}.h"] if uses.surfaces else []),
         _form("surfaces", uses.surfaces),
         *([f"integrator/full/shadows_{'exact' if uses.open else 'walked'}.h"] if uses.next_event else []),
         *([lights.places(uses.lights), media.spans(uses.volumes)] if uses.equiangular else []),

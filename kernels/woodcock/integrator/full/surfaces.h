@@ -67,7 +67,7 @@ static inline void surfaces_eval(const surface_state *s, const path *p, const st
     if (!some(at_surface)) return;
     spectrum reflected;
     real density;
-    material_eval(world, s->at.surface, p->incoming, towards, s->at.shading, s->at.geometric, &reflected, &density);
+    surface_scatter_eval(p, world, &s->at, towards, &reflected, &density);
     *value = spectrum_pick(*value, reflected, at_surface);
     *pdf = pick(*pdf, density, at_surface);
 }
@@ -87,7 +87,7 @@ static inline void surfaces_scatter(surface_state *s, path *p, const struct worl
     vector out;
     spectrum weight;
     real pdf;
-    material_sample(world, s->at.surface, p->incoming, s->at.shading, s->at.geometric, unit(w.x), unit(w.y), unit(w.z), &out, &weight, &pdf);
+    surface_scatter(p, world, &s->at, w, &out, &weight, &pdf);
     flight_start(p, out, scatter);
     p->throughput = spectrum_pick(p->throughput, spectrum_multiply(p->throughput, weight), scatter);
     p->pdf = pick(p->pdf, pick((real)1e30f, pdf, test(pdf > 0.f)), scatter);

@@ -14,13 +14,15 @@ from woodcock.faults import PLANES
 from woodcock.program import OPTIONS, Program
 from woodcock.space import Array
 
-#: Work items of a group: a warp of a GPU, and on a CPU few enough that no core waits long for the others.
-GROUP = 32
+
+def group(lanes: int) -> int:
+    """Work items of a group: a warp of a GPU, and on a CPU so few that no core waits long for the others at the end."""
+    return 32 if lanes == 1 else 4
 
 
 def work_items(pixels: int, lanes: int) -> int:
     """How many a launch over so many pixels takes: whole groups."""
-    return -(-pixels // (lanes * GROUP)) * GROUP
+    return -(-pixels // (lanes * group(lanes))) * group(lanes)
 
 
 class Launcher:
@@ -58,7 +60,9 @@ class Launcher:
         numbers = np.uint32(first), np.uint32(samples)
         # Lanes beyond the list render some of its pixels once more.
         lists = [self.context.upload(np.resize(indices, items * self.lanes))] if self.listed else []
-        self.kernel(self.context.queue, (items,), (GROUP,), *self.inputs.values(), *lists, *outputs, *numbers)
+        self.kernel(
+            self.context.queue, (items,), (group(self.lanes),), *self.inputs.values(), *lists, *outputs, *numbers
+        )
         for array, buffer in zip((sums, faults), outputs, strict=True):
             self.context.download(array, buffer)
         return sums[..., :pixels], faults[:, :pixels]

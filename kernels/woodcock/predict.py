@@ -16,7 +16,7 @@ from woodcock.contract import STEP
 from woodcock.faults import PLANES
 from woodcock.film import Film, weights
 from woodcock.judging import AIM
-from woodcock.launch import GROUP
+from woodcock.launch import work_items
 from woodcock.layout import Layout
 from woodcock.pace import RANGE_SECONDS
 from woodcock.pilot import UNSEEN, Tempo, Values, joined, tempo
@@ -26,8 +26,8 @@ from woodcock.space import Array
 
 #: Seconds of rendering that a pilot takes, and the launches that they are divided into.
 PILOT_SECONDS, LAUNCHES = 1.0, 5
-#: Groups of work items that keep a compute unit busy.
-BUSY = 4
+#: Work items that keep a compute unit busy, and those of the first launch.
+BUSY, FIRST = 128, 32
 #: Paths of a coarse view lie further apart than the picture's: their seconds may differ by this factor more.
 COARSE = 1.2
 #: No more than this share of a coarse view's variance is taken for the picture's changes within its pixels.
@@ -67,7 +67,7 @@ class Prediction(TypedDict):
 def memory(layout: Layout, width: int, height: int, channels: int, lanes: int, *, precise: bool = False) -> Memory:
     """What a layout takes on a device; channels: of the film, all of its layers; lanes, precise: of the program."""
     pixels = width * height
-    rendered = -(-pixels // (lanes * GROUP)) * GROUP * lanes
+    rendered = work_items(pixels, lanes) * lanes
     outputs = [16 * channels * rendered, 4 * PLANES * rendered]
     lists = [4 * rendered] if layout.listed else []
     inputs = [layout.pack(precise=precise).nbytes, *(array.nbytes for array in layout.buffers.values())]
@@ -210,8 +210,8 @@ class Pilot:
 def _view(renderer: Renderer, width: int, height: int) -> Renderer:
     """The whole picture where a pilot can have enough samples of it, else as many pixels as it can, evenly spread."""
     everything = width * height
-    busy = min(renderer.device.compute_units * BUSY * GROUP * renderer.lanes, everything)
-    pixels = float(GROUP * renderer.lanes)
+    busy = min(renderer.device.compute_units * BUSY * renderer.lanes, everything)
+    pixels = float(FIRST * renderer.lanes)
     renderer.through(1, 1).render(0, 1)  # Some drivers compile once more for launches that are small.
     while True:
         scale = min(math.sqrt(pixels / everything), 1.0)

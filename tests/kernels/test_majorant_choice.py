@@ -65,7 +65,7 @@ def test_what_a_scene_names_is_kept() -> None:
 def test_denser_media_get_finer_cells() -> None:
     """A crossing costs the same in all of them, null collisions grow with σ_t."""
     found = [settled(scene(scale), shells).majorant for scale in (1.0, 20.0, 500.0, 3000.0)]
-    assert found == [GlobalMajorant(), *(GridMajorant(resolution=resolution) for resolution in (8, 16, 32))]
+    assert found == [GlobalMajorant(), *(GridMajorant(resolution=resolution) for resolution in (8, 16, 48))]
 
 
 def test_either_majorant_leaves_a_plain_scene_to_the_small_loop() -> None:

@@ -11,7 +11,7 @@ from woodcock.scene import GlobalMajorant, GridMajorant, GridVolume, Majorant, S
 from woodcock.volume.grid import to_scene
 
 #: Cells along the longest side that are tried.
-RESOLUTIONS = (8, 16, 32)
+RESOLUTIONS = (8, 16, 32, 48)
 #: In tentative collisions: what a cell costs that a ray crosses, and walking through cells at all. Timed on a cloud at
 #: five densities, smoke, fire, and a dense core in haze (`woodcock compare --vary majorant=global,grid`).
 CROSSING, WALKING = 0.1, 0.5

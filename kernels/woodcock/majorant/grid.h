@@ -74,16 +74,20 @@ static inline mask majorant_grid_step(__constant const struct majorant_grid *maj
     while (some(walking)) {
         vector plane = majorant_grid_planes(walk);
         real next = smaller(plane.x, smaller(plane.y, plane.z)), stop = smaller(next, walk->far);
+        mask inside = test(next < walk->far); // so that a NaN leaves, too
+        // The next cell's bound is asked for before it is known who gets there, for it takes the longest.
+        majorant_walk ahead = *walk;
+        majorant_grid_cross(&ahead, plane, next, inside);
+        ahead.bound = majorant_grid_bound(majorant, bounds, ahead.cell);
         real spent = walk->bound * larger((stop - walk->t) - walk->t_low, (real)0.f);
         walking &= ~test(depth < spent);
         depth = pick(depth, depth - spent, walking);
         walk->t = pick(walk->t, larger(stop, walk->t), walking);
         walk->t_low = pick(walk->t_low, (real)0.f, walking);
-        mask out = walking & ~test(next < walk->far); // so that a NaN leaves, too
-        left |= out;
-        walking &= ~out;
-        majorant_grid_cross(walk, plane, next, walking);
-        walk->bound = pick(walk->bound, majorant_grid_bound(majorant, bounds, walk->cell), walking);
+        left |= walking & ~inside;
+        walking &= inside;
+        walk->cell = vector_pick(walk->cell, ahead.cell, walking);
+        walk->bound = pick(walk->bound, ahead.bound, walking);
     }
     mask collided = active & ~left;
     walk_advance(&walk->t, &walk->t_low, depth / pick((real)1.f, walk->bound, collided), collided);

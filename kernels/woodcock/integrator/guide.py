@@ -31,7 +31,7 @@ def record(volumes: Sequence[Volume], lights: Collection[str], depth: float) -> 
     share = SHARE * (1 - abs(g)) if guides(volumes, lights) else 0.0
     if any(AXES.get(kind) == "position" for kind in lights):
         # A flight also gathers by 1 / its distance from a point of light.
-        g = math.copysign((1 + abs(g)) / 2, g)
+        g = math.copysign((2 + abs(g)) / 3, g)
     # A thin medium of a phase function that is nearly even could have a share above 1.
     settle = max(min(1 + depth / 2, OPAQUE), 2 * share)
     surface = min(SHARE, settle / 2) if share > 0 else 0.0

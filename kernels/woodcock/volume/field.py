@@ -30,7 +30,7 @@ STORED: dict[str, np.dtype[Any]] = {
 }
 
 #: Bytes of a buffer at most; a field that needs more is cut into chunks.
-CHUNK = 256 << 20
+CHUNK = 512 << 20
 #: Chunks of a field: a kernel takes no more than so many pointers; chunks grow instead.
 MOST_CHUNKS = 32
 #: Bytes of values that are converted at a time.

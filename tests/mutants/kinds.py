@@ -25,7 +25,7 @@ SINS = (
     Sin(
         "the bound of the cell before",
         device("majorant/grid.h"),
-        "walk->bound = pick(walk->bound, majorant_grid_bound(majorant, bounds, walk->cell), walking);",
+        "walk->bound = pick(walk->bound, ahead.bound, walking);",
         "",
         (WALKS,),
     ),

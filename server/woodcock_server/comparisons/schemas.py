@@ -8,8 +8,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene
-from woodcock_server.jobs.schemas import ANY
-from woodcock_server.jobs.states import State
+from woodcock_server.jobs.schemas import ANY, State
 
 PREFIX = "/api/v1/comparisons"
 

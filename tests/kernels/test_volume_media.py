@@ -288,7 +288,7 @@ SHINING = {"kind": "grid", "file": "smoke"}
     ],
 )  # fmt: skip
 def test_where_emission_is_dense(volumes: list[dict[str, Any]], expected: bool, majorant: Majorant) -> None:
-    assert compose(media_of(*volumes), Space(), majorant).dense_glow is expected
+    assert compose(media_of(*volumes), Space(), majorant, glow=True).dense_glow is expected
 
 
 def test_emission_in_a_void_is_not_dense() -> None:
@@ -300,5 +300,5 @@ def test_emission_in_a_void_is_not_dense() -> None:
     volume: dict[str, Any] = {"kind": "grid", "file": "haze", "scale": 90, "albedo": 0}
     volume["emission"] = {"kind": "grid", "file": "glow"}
     media = read_media([TypeAdapter(Volume).validate_python(volume)], lambda file, name: files[file])
-    assert not compose(media, Space(), GridMajorant(resolution=8)).dense_glow
-    assert compose(media, Space(), GlobalMajorant()).dense_glow
+    assert not compose(media, Space(), GridMajorant(resolution=8), glow=True).dense_glow
+    assert compose(media, Space(), GlobalMajorant(), glow=True).dense_glow

@@ -94,7 +94,12 @@ def lay_out(scene: Scene, read: Read) -> Layout:
     )
     assert scene.majorant, "the plan settles it"
     composed = compose_media(
-        media, space, scene.majorant, control=uses.control, residual=uses.transmittance == "residual_ratio"
+        media,
+        space,
+        scene.majorant,
+        control=uses.control,
+        residual=uses.transmittance == "residual_ratio",
+        glow=True,
     )
     kinds: Kinds = {
         "integrator": ("volumetric_path",),

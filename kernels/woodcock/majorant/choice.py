@@ -6,7 +6,7 @@ import numpy as np
 
 from woodcock.formats import Grid
 from woodcock.layout import Read
-from woodcock.majorant.grid import Bounded, bounds, counts
+from woodcock.majorant.grid import Bounded, bounds, counts, mean_chord
 from woodcock.scene import GlobalMajorant, GridMajorant, GridVolume, Majorant, Scene
 from woodcock.volume.grid import to_scene
 
@@ -29,16 +29,13 @@ def chosen(scene: Scene, read: Read) -> Majorant:
 
 
 def _costs(volume: GridVolume, grid: Grid) -> list[float]:
-    """Of the mean chord of a medium's box: under one bound, then under one for each cell, by RESOLUTIONS.
-
-    The mean chord of a convex body is 4 V / S (Cauchy).
-    """
+    """Of the mean chord of a medium's box: under one bound, then under one for each cell, by RESOLUTIONS."""
     values = grid.values if grid.values.ndim == 3 else grid.values.max(axis=-1)
     depth, height, width = values.shape
     place, footprint = to_scene(volume, grid), 1.0 if volume.interpolation == "trilinear" else 0.5
     bounded = Bounded(lambda first, stop: values[first:stop], 1.0, (width, height, depth), footprint, place)
     sides = np.linalg.norm(place[:3, :3], axis=0) * bounded.size
-    chord = 2 / float(np.sum(1 / sides))
+    chord = mean_chord(sides)
     sigma_t = float(np.max(volume.scale))
     costs = [sigma_t * chord * float(values.max())]
     for resolution in RESOLUTIONS:

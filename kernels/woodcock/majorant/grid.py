@@ -48,6 +48,11 @@ def counts(size: Sequence[float] | Array, resolution: int) -> tuple[int, int, in
     return x, y, z
 
 
+def mean_chord(sides: Array) -> float:
+    """Of a box by its sides, (3,): 4 V / S (Cauchy), as of every convex body."""
+    return 2 / float(np.sum(1 / sides))
+
+
 def record(cells: tuple[int, int, int], size: Array) -> dict[str, Array | int]:
     """size: (3,) of the tracking space."""
     return {"cells_x": cells[0], "cells_y": cells[1], "cells_z": cells[2], "per_cell": np.array(cells) / size}

@@ -34,17 +34,19 @@ def compose(
     control: bool = False,
     residual: bool = False,
     pairs: bool = False,
+    glow: bool = False,
     most_bytes: int = CHUNK,
 ) -> Composed:
     """control: of every grid, its least in every cell of the majorant; residual: and a bound on what is above.
 
-    pairs: σ_t of grids at two points of a cell; most_bytes: of a buffer, what the device takes in one piece.
+    pairs: σ_t of grids at two points of a cell; glow: whether emission is dense; most_bytes: of a buffer, what the
+    device takes in one piece.
     """
     composed = Composed()
     grids = {index: medium for index, medium in enumerate(media) if medium.density}
     if grids:
         bounds, box = _tracking(composed, grids, space, majorant, control=control, residual=residual)
-        composed.dense_glow = dense_glow(media, bounds, box)
+        composed.dense_glow = glow and dense_glow(media, bounds, box)
     grey = all(medium.grey for medium in media)
     for index, medium in enumerate(media):
         composed.use("volume", medium.volume.kind)

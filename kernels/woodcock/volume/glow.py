@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from woodcock.majorant.grid import Bounded, Floats, bounds, combined
+from woodcock.majorant.grid import Bounded, Floats, bounds, combined, mean_chord
 from woodcock.scene import BlackbodyEmission, GridEmission
 from woodcock.space import Array
 from woodcock.volume.media import Medium
@@ -28,9 +28,9 @@ class Box:
 
     @property
     def chord(self) -> float:
-        """Its mean, 4 V / S (Cauchy), a length of the scene; exact for a box that is not sheared."""
+        """Its mean, a length of the scene; exact for a box that is not sheared."""
         sides = np.linalg.norm(np.linalg.inv(self.from_scene)[:3, :3], axis=0) * (self.high - self.low)
-        return 2 / float(np.sum(1 / sides))
+        return mean_chord(sides)
 
 
 def dense_glow(media: Sequence[Medium], majorant: Array, box: Box) -> bool:

@@ -41,7 +41,7 @@ PREFIXES = {
 SHARED = {
     "camera": re.compile(r"pose\.py"),
     "volume": re.compile(r"(grid|field)_(float|half|uint8)\.h|field\.(h|py)|(compose|glow|media|text)\.py"),
-    "majorant": re.compile(r"(global_)?walk\.h|(global|grid)_(ahead|control)\.h|(choice|control)\.py"),
+    "majorant": re.compile(r"(global_)?walk\.h|(global|grid)_(ahead|control|cells|hops)\.h|(choice|control|hops)\.py"),
     "phase": re.compile(r"compose\.py|lobe_\w+\.h"),
     "surface": re.compile(r"(build|closed|compose|dispatch|emitters|hierarchy|point|records|traverse)\.(h|py)"),
 }

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from woodcock.layout import Layout, Record
+from woodcock.majorant.grid import blocks_of, with_blocks
 
 #: Of what was found, so that values a little higher need no other round.
 MARGIN = 1.01
@@ -35,10 +36,13 @@ def raised(layout: Layout, excess: float) -> Layout:
         records = tuple(_raised(record, factor) for record in records)
     buffers = dict(layout.buffers)
     for name, array in layout.buffers.items():
+        if not is_bound(name):
+            continue
+        values = _values(array)
         if name.startswith("minorant_"):
-            buffers[name] = _scaled(array, 0.0)
-        elif is_bound(name):
-            buffers[name] = _scaled(array, factor)
+            buffers[name] = np.zeros_like(values)
+        else:
+            buffers[name] = with_blocks(values * np.float32(factor), blocks_of(values))
     if "majorant_residual" in buffers:
         buffers["majorant_residual"] = buffers.get("majorant_grid_bounds", _of_all(records))
     return replace(layout, records=records, buffers=buffers)
@@ -66,6 +70,6 @@ def _raised(record: Record, factor: float) -> Record:
     return replace(record, values=values)
 
 
-def _scaled(array: Any, factor: float) -> NDArray[np.float32]:
+def _values(array: Any) -> NDArray[np.float32]:
     values: NDArray[np.float32] = array.array() if hasattr(array, "pieces") else array
-    return values * np.float32(factor)
+    return values

@@ -72,7 +72,7 @@ def sigma_t(media: tuple[Medium, ...], points: Array) -> Array:
 def test_grid_bounds_what_it_covers(seed: int) -> None:
     random = np.random.default_rng(seed)
     media = random_media(random, 1 + seed % 3)
-    composed = compose(media, Space(), GridMajorant(resolution=int(random.integers(1, 20))))
+    composed = compose(media, Space(), GridMajorant(resolution=int(random.integers(1, 20)), blocks=seed >= 12))
     tracking, majorant = (record.values for record in composed.records[:2])
     cells = np.array([majorant[f"cells_{axis}"] for axis in "xyz"])
     bounds = composed.buffers["majorant_grid_bounds"].array().reshape(cells[::-1])
@@ -85,7 +85,7 @@ def test_grid_bounds_what_it_covers(seed: int) -> None:
         x, y, z = np.clip(np.floor(local * majorant["per_cell"] * (1 + nudge)), 0, cells - 1).astype(int).T
         assert np.all(sigma_t(media, points) <= bounds[z, y, x] * (1 + 1e-6))
     largest = sum(float(medium.bound.max()) for medium in media)
-    assert bounds.max() <= largest * (1 + 1e-6)
+    assert bounds.max() <= largest * (1 + 2e-6)  # blocks lift bounds by that
 
 
 def test_grid_is_tight() -> None:

@@ -65,7 +65,17 @@ def test_what_a_scene_names_is_kept() -> None:
 def test_denser_media_get_finer_cells() -> None:
     """A crossing costs the same in all of them, null collisions grow with σ_t."""
     found = [settled(scene(scale), shells).majorant for scale in (1.0, 20.0, 500.0, 3000.0)]
-    assert found == [GlobalMajorant(), *(GridMajorant(resolution=resolution) for resolution in (8, 16, 48))]
+    cells = [GridMajorant(resolution=8), GridMajorant(resolution=16), GridMajorant(resolution=48, blocks=True)]
+    assert found == [GlobalMajorant(), *cells]
+
+
+def test_a_dense_core_in_haze_gets_fine_cells_in_blocks() -> None:
+    def core(file: str, name: str | None) -> Grid:
+        haze = np.full((64, 64, 64), 5e-5, np.float32)
+        haze[28:36, 28:36, 28:36] = 1
+        return Grid("density", haze, np.diag([1 / 64, 1 / 64, 1 / 64, 1]), placed=True)
+
+    assert settled(scene(1e4), core).majorant == GridMajorant(resolution=96, blocks=True)
 
 
 def test_either_majorant_leaves_a_plain_scene_to_the_small_loop() -> None:

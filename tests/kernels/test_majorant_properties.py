@@ -170,7 +170,7 @@ def test_global_bounds_the_field(scene: Tracked, seed: int) -> None:
 
 
 @HOST
-@given(tracked(st.builds(GridMajorant, resolution=RESOLUTIONS)), st.integers(0, 99))
+@given(tracked(st.builds(GridMajorant, resolution=RESOLUTIONS, blocks=st.booleans())), st.integers(0, 99))
 def test_grid_bounds_every_cell_and_beyond_its_faces(scene: Tracked, seed: int) -> None:
     points = places(scene, np.random.default_rng(seed), 64)
     found, bounds = largest(scene, points), scene.bounds()
@@ -249,7 +249,7 @@ def check_walks(context: Context, scene: Tracked, seed: int, lanes: int) -> None
     assert np.isfinite(worst).all()
 
 
-DEVICE = st.one_of(st.just(GlobalMajorant()), st.builds(GridMajorant, resolution=RESOLUTIONS))
+DEVICE = st.one_of(st.just(GlobalMajorant()), st.builds(GridMajorant, resolution=RESOLUTIONS, blocks=st.booleans()))
 LANES = st.sampled_from(probe(find()).lanes)
 
 

@@ -13,6 +13,7 @@ from tests.statistics import accept_mean, accept_squares, accept_z
 from woodcock.device import Context
 from woodcock.evaluate import evaluate
 from woodcock.layout import Record, module
+from woodcock.majorant.hops import crossing, hops
 from woodcock.scene import GlobalMajorant, GridMajorant, GridVolume
 from woodcock.space import Array, Space
 from woodcock.volume.compose import compose
@@ -22,13 +23,24 @@ MAJORANTS = module("majorant", "grid")
 
 CELLS = (5, 3, 4)
 SIZE = np.array([10.0, 4.0, 6.0])
+#: Ways on through cells, and how many times CELLS are cut for it.
+WAYS = pytest.mark.parametrize(("way", "finer"), [("cells", 1), ("hops", 7)])
+
 #: So many huge bounds lie in memory before and after those of the cells.
 AROUND = 4096
 
 
-def walk(context: Context, cells: Array, rays: dict[str, Any], lanes: int, body: str, results: list[str]) -> Array:
-    """Evaluates after `majorant_walk walk` was started on rays o, d from near to far; huge bounds surround `cells`."""
-    record = Record("majorant", "grid", "kind", MAJORANTS.FIELDS, MAJORANTS.record(CELLS, SIZE))
+def walk(
+    context: Context, cells: Array, rays: dict[str, Any], lanes: int, body: str, results: list[str], way: str = "cells"
+) -> Array:
+    """Evaluates after `majorant_walk walk` was started on rays o, d from near to far; huge bounds surround `cells`.
+
+    way: on through them, one by one or by `hops`, whose blocks hold cells of one bound here.
+    """
+    record = Record("majorant", "grid", "kind", MAJORANTS.FIELDS, MAJORANTS.record(cells.shape[::-1], SIZE))
+    bounds = cells.astype(np.float32).reshape(-1)
+    if way == "hops":
+        bounds = MAJORANTS.with_blocks(np.maximum(bounds, MAJORANTS.LEAST), hops(cells, 1e9).exponents.reshape(-1))
     start = f"""
 __global const float *bounds = surrounded + {AROUND};
 majorant_walk walk = {{0}};
@@ -40,8 +52,8 @@ majorant_grid_start(&numbers, bounds, origin, along, near, far, &walk, (mask)-1)
         results,
         {name: np.asarray(value, np.float32) for name, value in rays.items()},
         lanes=lanes,
-        parts=[*KIND_NEEDS, struct(record), "majorant/grid.h", numbers(record)],
-        buffers={"surrounded": np.pad(cells.astype(np.float32).reshape(-1), AROUND, constant_values=1e9)},
+        parts=[*KIND_NEEDS, struct(record), f"majorant/grid_{way}.h", "majorant/grid.h", numbers(record)],
+        buffers={"surrounded": np.pad(bounds, AROUND, constant_values=1e9)},
         body=start + body,
     )
 
@@ -71,21 +83,23 @@ def pieces(rays: dict[str, Any], index: int, bounds: Array) -> tuple[Array, Arra
     """Oracle: the lengths at which a ray crosses planes, near and far included, and the bounds between."""
     o, d = (np.array([rays[f"{name}{axis}"][index] for axis in "xyz"], np.float32).astype(float) for name in "od")
     near, far = rays["near"][index], rays["far"][index]
-    side = SIZE / CELLS
+    cells = bounds.shape[::-1]
+    side = SIZE / cells
     with np.errstate(all="ignore"):
-        planes = [(np.arange(n + 1) * side[a] - o[a]) / d[a] for a, n in enumerate(CELLS) if d[a] != 0]
+        planes = [(np.arange(n + 1) * side[a] - o[a]) / d[a] for a, n in enumerate(cells) if d[a] != 0]
     lengths = np.unique(np.concatenate([[near, far], *planes]))
     lengths = lengths[(lengths >= near) & (lengths <= far)]
     middles = o + (lengths[:-1] + lengths[1:])[:, None] / 2 * d
-    x, y, z = np.clip(np.floor(middles / side), 0, np.array(CELLS) - 1).astype(int).T
+    x, y, z = np.clip(np.floor(middles / side), 0, np.array(cells) - 1).astype(int).T
     return lengths, bounds[z, y, x]
 
 
-def test_walks_spend_optical_depth_as_the_oracle_does(context: Context, lanes: int) -> None:
+@WAYS
+def test_walks_spend_optical_depth_as_the_oracle_does(context: Context, lanes: int, way: str, finer: int) -> None:
     """Three steps of a walk: where they end, or that they leave, through cells of which half are empty."""
     random = np.random.default_rng(9)
     bounds = random.random(CELLS[::-1]) * (random.random(CELLS[::-1]) < 0.5) * 4
-    bounds = bounds.astype(np.float32).astype(float)
+    bounds = bounds.astype(np.float32).astype(float).repeat(finer, 0).repeat(finer, 1).repeat(finer, 2)
     rays = clipped(rays_through(random, 480))
     depths = random.exponential(size=(3, 480)).astype(np.float32)
     body = "real t[3], from[3]; mask left[3], active = (mask)-1;\n"
@@ -95,7 +109,7 @@ def test_walks_spend_optical_depth_as_the_oracle_does(context: Context, lanes: i
     results = [f"{name}[{step}]" for name in ("t", "from") for step in range(3)]
     results += [f"pick((real)0.f, (real)1.f, left[{step}])" for step in range(3)]
     given = {**rays, **{f"depth_{step}": depth for step, depth in enumerate(depths)}}
-    t, start, left = walk(context, bounds, given, lanes, body, results).reshape(3, 3, -1)
+    t, start, left = walk(context, bounds, given, lanes, body, results, way).reshape(3, 3, -1)
     for index in range(480):
         lengths, between = pieces(rays, index, bounds)
         spent = np.concatenate([[0], np.cumsum(between * np.diff(lengths))])
@@ -112,7 +126,8 @@ def test_walks_spend_optical_depth_as_the_oracle_does(context: Context, lanes: i
         assert start[1, index] == t[0, index] or not went[1]
 
 
-def test_walks_end_whatever_the_ray(context: Context, lanes: int) -> None:
+@WAYS
+def test_walks_end_whatever_the_ray(context: Context, lanes: int, way: str, finer: int) -> None:
     """Rays along faces and edges, through corners, of no direction, of huge and tiny ones, with ends beyond everything
     or before the start, and of NaN: every walk ends, and no lookup leaves the grid."""
     side = SIZE / CELLS
@@ -140,22 +155,53 @@ mask left = majorant_grid_step(&numbers, bounds, &walk, (real)1e37f, active);
 worst = larger(worst, walk.bound);
 """
     results = ["worst", "pick((real)0.f, (real)1.f, left | ~active)", "walk.t"]
-    worst, left, t = walk(context, np.full(CELLS[::-1], 0.5), rays, lanes, body, results)
-    assert worst.max() <= 0.5
+    bounds = np.full(np.array(CELLS[::-1]) * finer, 0.5)
+    worst, left, t = walk(context, bounds, rays, lanes, body, results, way)
+    assert worst.max() <= 0.5 * (1 + 2e-6)  # blocks lift bounds by that
     assert left.all()
     inside = np.isfinite(origin).all(axis=1) & (np.abs(origin) < 1e6).all(axis=1) & (rays["near"] < rays["far"])
     assert np.isfinite(t[inside]).all()
 
 
-def test_nothing_stops_a_walk_through_empty_cells(context: Context) -> None:
+@WAYS
+def test_nothing_stops_a_walk_through_empty_cells(context: Context, way: str, finer: int) -> None:
     rays = clipped(rays_through(np.random.default_rng(4), 64))
     far = rays["far"].copy()
     rays["far"] = np.full(64, 1e30)
     body = "mask left = majorant_grid_step(&numbers, bounds, &walk, (real)1e-20f, (mask)-1);"
     results = ["walk.t", "pick((real)0.f, (real)1.f, left)"]
-    t, left = walk(context, np.zeros(CELLS[::-1]), rays, 1, body, results)
+    t, left = walk(context, np.zeros(np.array(CELLS[::-1]) * finer), rays, 1, body, results, way)
     assert left.all()
     assert np.allclose(t, far, rtol=1e-5)
+
+
+def test_blocks_bound_all_their_cells() -> None:
+    """A dense core in haze that varies; what blocks lift bounds by costs less than crossing their cells."""
+    random = np.random.default_rng(5)
+    bounds = random.random((20, 24, 33)) * 0.01
+    bounds[8:12, 9:13, 15:19] = 100
+    pace = 0.01
+    blocks = hops(bounds, pace)
+    assert blocks.exponents.max() == 3
+    assert np.all(blocks.exponents[8:12, 9:13, 15:19] <= 1)
+    for at in np.ndindex(bounds.shape):
+        reach = (1 << int(blocks.exponents[at])) - 1
+        around = tuple(slice(max(i - reach, 0), i + reach + 1) for i in at)
+        assert blocks.bounds[at] == bounds[around].max()
+        assert blocks.bounds[at] - bounds[around].mean() < 0.16 / pace
+    assert blocks.cost < crossing(bounds, pace)
+    stored = MAJORANTS.buffers(blocks.bounds, Space(), blocks.exponents)["bounds"].reshape(bounds.shape)
+    assert np.all(stored >= blocks.bounds)
+    assert np.all(stored <= blocks.bounds * (1 + 3e-6))
+    assert np.array_equal(MAJORANTS.blocks_of(stored), blocks.exponents)
+
+
+def test_cells_that_differ_have_no_blocks() -> None:
+    bounds = np.random.default_rng(6).random((8, 8, 8)) * 100
+    blocks = hops(bounds, 1.0)
+    assert not blocks.exponents.any()
+    assert np.array_equal(blocks.bounds, bounds)
+    assert blocks.cost > crossing(bounds, 1.0)
 
 
 def test_small_steps_do_not_stall(context: Context) -> None:
@@ -170,7 +216,9 @@ for (int i = 0; i < 1000; ++i) majorant_grid_step(&numbers, bounds, &walk, (real
     assert np.allclose(gone, 1e-2, atol=1e-4)
 
 
-@pytest.mark.parametrize("majorant", [GlobalMajorant(), GridMajorant(resolution=7)])
+@pytest.mark.parametrize(
+    "majorant", [GlobalMajorant(), GridMajorant(resolution=7), GridMajorant(resolution=7, blocks=True)]
+)
 def test_tentative_collisions_come_at_the_majorants_rate(context: Context, majorant: Any) -> None:
     """Their number along a ray is Poisson's, of the mean ∫ majorant."""
     random = np.random.default_rng(12)
@@ -198,13 +246,12 @@ while (some(active)) {{
     sum += pick((real)0.f, 1.f / walk.bound, active);
 }}
 """
-    file = {"global": "majorant/global_walk.h", "grid": "majorant/grid.h"}[majorant.kind]
     events, lengths = evaluate(
         context,
         ["events", "sum"],
         {"a": np.arange(count, dtype=np.uint32)},
         lanes=4,
-        parts=[*KIND_NEEDS, struct(record), file, numbers(record)],
+        parts=[*KIND_NEEDS, struct(record), *(file for file in composed.files if "majorant" in file), numbers(record)],
         buffers=buffers,
         body=body,
     ).astype(float)

@@ -30,6 +30,27 @@ SINS = (
         (WALKS,),
     ),
     Sin(
+        "blocks a cell too wide",
+        device("majorant/grid_hops.h"),
+        "& 7u) + 127u) << 23) - 1.f;",
+        "& 7u) + 127u) << 23);",
+        (WALKS,),
+    ),
+    Sin(
+        "blocks are left at their corners",
+        device("majorant/grid_hops.h"),
+        "smaller(to_real(to_integer(place)), high)",
+        "smaller(last, high)",
+        (WALKS,),
+    ),
+    Sin(
+        "blocks under their middle's own bound",
+        device("majorant/hops.py"),
+        "found[better], exponents[better], cost[better] = largest[better], exponent, own[better]",
+        "exponents[better], cost[better] = exponent, own[better]",
+        (f"{WALK}::test_blocks_bound_all_their_cells",),
+    ),
+    Sin(
         "majorant without the footprint of the interpolation",
         device("volume/media.py"),
         "0.5 if field.nearest else 1.0",

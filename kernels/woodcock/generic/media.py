@@ -104,6 +104,7 @@ def media(held: Sequence[Medium], space: Space, majorant: Majorant, *, scatterin
     files = [
         "volume/field.h",
         *(f"volume/field_{storage}.h" for storage in STORAGES),
+        "majorant/grid_cells.h",
         "majorant/grid.h",
         *(f"emission/{kind}.h" for kind in EMISSIONS[1:]),
     ]

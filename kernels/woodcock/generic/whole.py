@@ -106,7 +106,6 @@ def widen(scene: Scene, read: Read) -> Layout:
             "integrator/full/spectral_mis.h",
             "integrator/full/walk.h",
             "generic/layers.h",
-            "majorant/grid.h",
             "generic/collisions.h",
             "generic/emission.h",
             "integrator/full/grids.h",

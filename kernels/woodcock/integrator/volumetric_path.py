@@ -119,12 +119,13 @@ def _medium(volume: Volume, read: Read) -> _Medium:
 
 
 class _Majorant(NamedTuple):
-    """Its record and buffers, and what densities are relative to: σ_t of the largest under one bound; 1 / length of the
-    device under one for each cell."""
+    """Its record, buffers and files beside its kind's, and what densities are relative to: σ_t of the largest under one
+    bound; 1 / length of the device under one for each cell."""
 
     record: Record
     buffers: Buffers
     relative: float
+    files: tuple[str, ...] = ()
 
 
 def _majorant(scene: Scene, medium: _Medium, space: Space) -> _Majorant:
@@ -135,10 +136,11 @@ def _majorant(scene: Scene, medium: _Medium, space: Space) -> _Majorant:
         )
     cells = majorant_grid.counts(medium.size, scene.majorant.resolution)
     error = majorant_grid.MARGIN * float(np.ldexp(1.0, space.length_exponent))  # the device's space is about one long
-    bounds = majorant_grid.buffers(majorant_grid.bounds(medium.bounded, cells, error), space)["bounds"]
+    bounds = majorant_grid.bounds(medium.bounded, cells, error)
+    through, kept = majorant_grid.cut(bounds, medium.bounded.sides, space, blocks=scene.majorant.blocks)
     values = majorant_grid.record(cells, np.array(medium.size, float))
     record = Record("majorant", "grid", "majorant", majorant_grid.FIELDS, values)
-    return _Majorant(record, {"majorant_grid_bounds": bounds}, space.coefficient(medium.bound))
+    return _Majorant(record, {"majorant_grid_bounds": kept}, space.coefficient(medium.bound), (through,))
 
 
 def lay_out(scene: Scene, read: Read) -> Layout:
@@ -187,7 +189,7 @@ def lay_out(scene: Scene, read: Read) -> Layout:
         records=tuple(records),
         buffers={**medium.buffers, **majorant.buffers},
         space=space,
-        before_world=tuple(files),
+        before_world=(*majorant.files, *files),
         facts={"media": [medium.facts(volume)]},
         after_world=(
             _dispatch(kinds, medium.buffers, lights),

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from operator import itemgetter
+
 import numpy as np
 
 from woodcock.formats import Grid
 from woodcock.layout import Read
 from woodcock.majorant.grid import Bounded, bounds, counts, mean_chord
+from woodcock.majorant.hops import crossing, hops, pace
 from woodcock.scene import GlobalMajorant, GridMajorant, GridVolume, Majorant, Scene
 from woodcock.volume.grid import to_scene
 
-#: Cells along the longest side that are tried.
-RESOLUTIONS = (8, 16, 32, 48)
-#: In tentative collisions: what a cell costs that a ray crosses, and walking through cells at all. Timed on a cloud at
-#: five densities, smoke, fire, and a dense core in haze (`woodcock compare --vary majorant=global,grid`).
-CROSSING, WALKING = 0.1, 0.5
+#: Cells along the longest side that are tried, and how many where blocks of them pay.
+RESOLUTIONS, FINEST = (8, 16, 32, 48), 96
+#: In tentative collisions: what walking through cells at all costs; what a cell does is in hops.py.
+WALKING = 0.5
 
 
 def chosen(scene: Scene, read: Read) -> Majorant:
@@ -22,24 +25,39 @@ def chosen(scene: Scene, read: Read) -> Majorant:
 
     read: gives the scene's grids. Raises VolumeError.
     """
-    grids = [(volume, read(volume.file, volume.grid)) for volume in scene.volumes if isinstance(volume, GridVolume)]
-    costs = np.array([_costs(volume, grid) for volume, grid in grids]).reshape(-1, 1 + len(RESOLUTIONS)).sum(axis=0)
-    best = int(np.argmin(costs))
-    return GridMajorant(resolution=RESOLUTIONS[best - 1]) if best else GlobalMajorant()
+    volumes = [volume for volume in scene.volumes if isinstance(volume, GridVolume)]
+    media = [_bounded(volume, read(volume.file, volume.grid)) for volume in volumes]
+    one = sum(mean_chord(medium.sides) * float(bounds(medium, (1, 1, 1)).max()) for medium in media)
+    tried: list[tuple[float, Majorant]] = [(one, GlobalMajorant())]
+    for resolution in RESOLUTIONS:
+        tried += _cells(media, resolution)
+    _, best = min(tried, key=itemgetter(0))
+    if isinstance(best, GridMajorant) and best.blocks:
+        _, best = min(tried + _cells(media, FINEST), key=itemgetter(0))
+    return best
 
 
-def _costs(volume: GridVolume, grid: Grid) -> list[float]:
-    """Of the mean chord of a medium's box: under one bound, then under one for each cell, by RESOLUTIONS."""
+def _bounded(volume: GridVolume, grid: Grid) -> Bounded:
     values = grid.values if grid.values.ndim == 3 else grid.values.max(axis=-1)
     depth, height, width = values.shape
-    place, footprint = to_scene(volume, grid), 1.0 if volume.interpolation == "trilinear" else 0.5
-    bounded = Bounded(lambda first, stop: values[first:stop], 1.0, (width, height, depth), footprint, place)
-    sides = np.linalg.norm(place[:3, :3], axis=0) * bounded.size
-    chord = mean_chord(sides)
-    sigma_t = float(np.max(volume.scale))
-    costs = [sigma_t * chord * float(values.max())]
-    for resolution in RESOLUTIONS:
-        cells = counts(bounded.size, resolution)
-        crossed = chord * float(np.sum(np.array(cells) / sides))
-        costs.append(sigma_t * chord * float(bounds(bounded, cells).mean()) + CROSSING * crossed + WALKING)
-    return costs
+    footprint = 1.0 if volume.interpolation == "trilinear" else 0.5
+    return Bounded(
+        lambda first, stop: values[first:stop],
+        float(np.max(volume.scale)),
+        (width, height, depth),
+        footprint,
+        to_scene(volume, grid),
+    )
+
+
+def _cells(media: Sequence[Bounded], resolution: int) -> list[tuple[float, Majorant]]:
+    """Steps along the mean chords of the media's boxes through that many cells, one by one and by blocks."""
+    steps = np.full(2, WALKING * len(media))
+    for medium in media:
+        cells = counts(medium.size, resolution)
+        found, step = bounds(medium, cells), pace(medium.sides, cells)
+        steps += mean_chord(medium.sides) / step * np.array([crossing(found, step), hops(found, step).cost])
+    return [
+        (float(cost), GridMajorant(resolution=resolution, blocks=blocks))
+        for cost, blocks in zip(steps, (False, True), strict=True)
+    ]

@@ -1,20 +1,11 @@
 // A bound on σ_t for every cell of a coarse grid over the tracking space, walked cell by cell: Amanatides & Woo, "A fast
 // voxel traversal algorithm for ray tracing", Eurographics 1987; Szirmay-Kalos et al., "Free path sampling in high resolution
 // inhomogeneous participating media", CGF 30(1), 2011. A step spends optical depth; cells of bound 0 cost no random numbers.
+// Walks go on cell by cell, or by blocks of many: grid_cells.h or grid_hops.h, which say what a walk is made of, come first.
 //
 // Nothing accumulates: where the ray leaves cell c along an axis is c × `per_plane` - `first_plane`, from the integer c.
 // The end is that of the last cells by the same formula, to the last bit, so no walk steps out of the grid or goes on for
 // ever, whatever rounding does. Cells are bounded a little beyond their faces (grid.py), by more than rounding.
-#include "core/rng.h"
-#include "core/vector.h"
-#include "majorant/walk.h"
-
-typedef struct {
-    real t, t_low, t_from; // where the walk is, what rounding left of it, and where its last step began
-    real far, bound;       // where it ends; the majorant at t
-    vector cell;           // whole numbers
-    vector per_plane, first_plane;
-} majorant_walk;
 
 // One axis of a new walk. An axis along which the ray does not move has its planes infinitely far ahead.
 static inline void majorant_grid_axis(real origin, real along, number per_cell, int cells, real near, real *cell, real *per_plane,
@@ -49,22 +40,7 @@ static inline void majorant_grid_start(__constant const struct majorant_grid *ma
     walk->cell = vector_pick(walk->cell, cell, chosen);
     walk->per_plane = vector_pick(walk->per_plane, per_plane, chosen);
     walk->first_plane = vector_pick(walk->first_plane, first_plane, chosen);
-}
-
-static inline real majorant_grid_next(real cell, real per_plane, mask crossed) {
-    return cell + pick((real)0.f, pick((real)-1.f, (real)1.f, test(per_plane > 0.f)), crossed);
-}
-
-// Where a walk leaves its cell along each axis, and how it goes on to the next.
-static inline vector majorant_grid_planes(const majorant_walk *walk) {
-    vector cell = walk->cell, per = walk->per_plane, first = walk->first_plane;
-    return vector_of(fma(cell.x, per.x, -first.x), fma(cell.y, per.y, -first.y), fma(cell.z, per.z, -first.z));
-}
-
-static inline void majorant_grid_cross(majorant_walk *walk, vector plane, real next, mask crossing) {
-    walk->cell.x = majorant_grid_next(walk->cell.x, walk->per_plane.x, crossing & test(plane.x == next));
-    walk->cell.y = majorant_grid_next(walk->cell.y, walk->per_plane.y, crossing & test(plane.y == next));
-    walk->cell.z = majorant_grid_next(walk->cell.z, walk->per_plane.z, crossing & test(plane.z == next));
+    majorant_grid_course(majorant, origin, along, walk, chosen);
 }
 
 static inline mask majorant_grid_step(__constant const struct majorant_grid *majorant, __global const float *bounds, majorant_walk *walk,
@@ -77,7 +53,7 @@ static inline mask majorant_grid_step(__constant const struct majorant_grid *maj
         mask inside = test(next < walk->far); // so that a NaN leaves, too
         // The next cell's bound is asked for before it is known who gets there, for it takes the longest.
         majorant_walk ahead = *walk;
-        majorant_grid_cross(&ahead, plane, next, inside);
+        majorant_grid_cross(majorant, &ahead, plane, next, inside);
         ahead.bound = majorant_grid_bound(majorant, bounds, ahead.cell);
         real spent = walk->bound * larger((stop - walk->t) - walk->t_low, (real)0.f);
         walking &= ~test(depth < spent);

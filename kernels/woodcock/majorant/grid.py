@@ -12,10 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from woodcock.majorant.hops import hops, pace
 from woodcock.space import Array, Space
 
 FIELDS = {"cells_x": "int", "cells_y": "int", "cells_z": "int", "per_cell": "vector3"}
 BUFFERS = {"bounds": "float"}
+
+#: The bits of a bound that tell of blocks; and a bound with which to tell of empty ones, per length of the device.
+BLOCKS, LEAST = np.uint32(7), np.float32(2.0**-100)
 
 Floats = NDArray[np.float32]
 
@@ -41,11 +45,27 @@ class Bounded:
     footprint: float
     to_scene: Array
 
+    @property
+    def sides(self) -> Array:
+        """(3,): of its box in the scene."""
+        return np.asarray(np.linalg.norm(self.to_scene[:3, :3], axis=0) * self.size)
+
 
 def counts(size: Sequence[float] | Array, resolution: int) -> tuple[int, int, int]:
     """Cells (x, y, z) of a box: `resolution` along the longest side, as near to cubes as can be."""
     x, y, z = (max(1, round(resolution * side / max(size))) for side in size)
     return x, y, z
+
+
+def cut(bounds: Array, sides: Array, space: Space, *, blocks: bool) -> tuple[str, Floats]:
+    """The file by which walks go through cells, and what these hold: one by one, or by blocks.
+
+    bounds: [z][y][x] in scene units; sides: (3,) of the box that is cut, in the scene.
+    """
+    if not blocks:
+        return "majorant/grid_cells.h", buffers(bounds, space)["bounds"]
+    found = hops(bounds, pace(sides, bounds.shape[::-1]))
+    return "majorant/grid_hops.h", buffers(found.bounds, space, found.exponents)["bounds"]
 
 
 def mean_chord(sides: Array) -> float:
@@ -58,12 +78,23 @@ def record(cells: tuple[int, int, int], size: Array) -> dict[str, Array | int]:
     return {"cells_x": cells[0], "cells_y": cells[1], "cells_z": cells[2], "per_cell": np.array(cells) / size}
 
 
-def buffers(bounds: Array, space: Space) -> dict[str, Floats]:
-    """bounds: [z][y][x] in scene units -> those of the device, rounded up."""
+def buffers(bounds: Array, space: Space, blocks: NDArray[np.uint32] | None = None) -> dict[str, Floats]:
+    """bounds: [z][y][x] in scene units -> those of the device, rounded up. blocks: the exponents of hops.py, which the
+    lowest bits of bounds tell; then no bound is quite 0."""
     with np.errstate(over="ignore"):
         scaled = np.ldexp(bounds, space.length_exponent).astype(np.float32)
     raised = np.where(scaled > 0, np.nextafter(scaled, np.float32(np.inf)), np.float32(0))
-    return {"bounds": np.minimum(raised, np.finfo(np.float32).max / 256).astype(np.float32).reshape(-1)}
+    kept = np.minimum(raised, np.finfo(np.float32).max / 256).astype(np.float32).reshape(-1)
+    return {"bounds": kept if blocks is None else with_blocks(np.maximum(kept, LEAST), blocks.reshape(-1))}
+
+
+def with_blocks(bounds: Floats, exponents: NDArray[np.uint32]) -> Floats:
+    """The same bounds or a little higher, with these for their lowest bits."""
+    return ((bounds.view(np.uint32) | BLOCKS) + 1 + exponents).view(np.float32)
+
+
+def blocks_of(bounds: Floats) -> NDArray[np.uint32]:
+    return bounds.view(np.uint32) & BLOCKS
 
 
 def bounds(medium: Bounded, cells: tuple[int, int, int], error: float = 0.0, extreme: np.ufunc = np.maximum) -> Array:

@@ -11,7 +11,7 @@ static inline real majorant_ahead(const struct world *world, majorant_walk walk,
         walk.t = pick(walk.t, larger(stop, walk.t), walking);
         walk.t_low = pick(walk.t_low, (real)0.f, walking);
         walking &= test(next < walk.far) & test(depth < most);
-        majorant_grid_cross(&walk, plane, next, walking);
+        majorant_grid_cross(&world->scene->majorant, &walk, plane, next, walking);
         real bound = majorant_grid_bound(&world->scene->majorant, world->majorant_grid_bounds, walk.cell);
         walk.bound = pick(walk.bound, bound, walking);
     }

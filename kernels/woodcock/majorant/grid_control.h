@@ -21,7 +21,7 @@ static inline mask majorant_step_past_control(const struct world *world, majoran
         mask out = walking & ~test(next < walk->far); // so that a NaN leaves, too
         left |= out;
         walking &= ~out;
-        majorant_grid_cross(walk, plane, next, walking);
+        majorant_grid_cross(&world->scene->majorant, walk, plane, next, walking);
         real bound = majorant_cell(world, walk, world->majorant_grid_bounds);
         bound = pick(bound, majorant_cell(world, walk, world->majorant_residual), walks);
         walk->bound = pick(walk->bound, bound, walking);

@@ -172,6 +172,11 @@ class GridMajorant(Model):
     resolution: Annotated[int, Field(strict=True, ge=1, le=256)] = Field(
         default=32, description="Cells along the longest side."
     )
+    blocks: bool = Field(
+        default=False,
+        description="Blocks of cells are crossed at once, under a common bound, where that costs little: for what is "
+        "small and dense. Not under a control, as decomposition, residual ratio tracking and ray marching have one.",
+    )
 
 
 Majorant = Annotated[GlobalMajorant | GridMajorant, Field(discriminator="kind")]

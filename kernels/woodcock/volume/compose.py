@@ -111,9 +111,12 @@ def _tracking(
             bounds = majorant_grid.bounds(bounded[0], cells, error)
         else:
             bounds = majorant_grid.combined(bounded, cells, *around, error)
-        composed.buffers["majorant_grid_bounds"] = Buffer.of(majorant_grid.buffers(bounds, space)["bounds"])
+        sides = bounded[0].sides if around is None else high - low
+        # A control's cells are the majorant's.
+        through, kept = majorant_grid.cut(bounds, sides, space, blocks=majorant.blocks and not control)
+        composed.buffers["majorant_grid_bounds"] = Buffer.of(kept)
         composed.facts["majorant"] = {"cells": cells, "empty": float(np.mean(bounds == 0))}
-        composed.use("majorant", "grid", "majorant/grid.h")
+        composed.use("majorant", "grid", through, "majorant/grid.h")
         fields, values = majorant_grid.FIELDS, majorant_grid.record(cells, size)
     else:
         kind = importlib.import_module("woodcock.majorant.global")

@@ -41,7 +41,7 @@ Values = dict[str, np.ndarray]
 
 
 def run(context: Context, lanes: int, expression: str, values: Values) -> Values:
-    """An expression of x over the values of every case, all cases in one kernel."""
+    """An expression of x and e over the values of every case, all cases in one kernel."""
     size = len(next(iter(values.values())))
     along, off, near, far = (np.repeat([CASES[name][i] for name in values], size) for i in range(4))
     origin = np.array([0.1, 0.2, -0.3])
@@ -51,18 +51,19 @@ def run(context: Context, lanes: int, expression: str, values: Values) -> Values
     inputs |= {"near": near, "far": far, "x": np.concatenate(list(values.values()))}
     (got,) = evaluate(
         context,
-        [expression.format("o, d, l, near, far")],
+        [expression],
         {name: np.ascontiguousarray(array, np.float32) for name, array in inputs.items()},
         lanes=lanes,
         parts=[*needs(1), "core/equiangular.h"],
-        body="vector o = vector_of(ox, oy, oz), d = vector_of(dx, dy, dz), l = vector_of(lx, ly, lz);",
+        body="vector o = vector_of(ox, oy, oz), d = vector_of(dx, dy, dz), l = vector_of(lx, ly, lz);"
+        "equiangular e = equiangular_of(o, d, l, near, far);",
     )
     return dict(zip(values, got.astype(float).reshape(-1, size), strict=True))
 
 
 def samples(context: Context, lanes: int) -> Values:
     """Distances of the uniforms U, by case."""
-    return run(context, lanes, "equiangular_sample({}, x)", dict.fromkeys(CASES, U))
+    return run(context, lanes, "equiangular_sample(&e, x)", dict.fromkeys(CASES, U))
 
 
 def within(case: tuple[float, ...], t: np.ndarray) -> np.ndarray:
@@ -87,7 +88,7 @@ def test_textbook(context: Context, lanes: int) -> None:
         # An error of a distance counts by the probability it holds; none can be less than distances are rounded by.
         assert (np.abs(t - right[name]) < 1e-5 / expected[name] + 1.2e-7 * np.abs(right[name])).all(), name
     places = {name: within(CASES[name], right[name]) for name in right}
-    for name, pdf in run(context, lanes, "equiangular_pdf({}, x)", places).items():
+    for name, pdf in run(context, lanes, "equiangular_pdf(&e, x)", places).items():
         assert np.allclose(pdf, expected[name], rtol=1e-4), name
 
 
@@ -102,7 +103,7 @@ def test_density_is_that_of_the_samples(context: Context, lanes: int) -> None:
             places[name] = along + 1e-6 * np.sinh(np.linspace(*ends, 4 * U.size))
         places[name] = within(CASES[name], places[name])
         beyond[name] = np.array([near - 0.05, near - 1, 2 * far + 1])
-    sampled, density = samples(context, lanes), run(context, lanes, "equiangular_pdf({}, x)", places)
+    sampled, density = samples(context, lanes), run(context, lanes, "equiangular_pdf(&e, x)", places)
     for name, pdf in density.items():
         assert (np.diff(sampled[name]) >= 0).all(), name
         assert np.isfinite(pdf).all(), name
@@ -111,7 +112,7 @@ def test_density_is_that_of_the_samples(context: Context, lanes: int) -> None:
         cumulative = np.concatenate([[0], np.cumsum(np.diff(x) * (pdf[1:] + pdf[:-1]) / 2)])
         assert cumulative[-1] == pytest.approx(1, abs=2e-3), name
         assert np.allclose(np.interp(sampled[name], x, cumulative), U, rtol=0, atol=2e-3), name
-    for name, outside in run(context, lanes, "equiangular_pdf({}, x)", beyond).items():
+    for name, outside in run(context, lanes, "equiangular_pdf(&e, x)", beyond).items():
         assert (outside == 0).all(), name
 
 
@@ -119,7 +120,7 @@ def test_it_follows_the_light(context: Context) -> None:
     """Sampled so, 1 / distance² has no variance."""
     along, off, _, _ = CASES["beside"]
     t = samples(context, 1)["beside"]
-    pdf = run(context, 1, "equiangular_pdf({}, x)", {"beside": t})["beside"]
+    pdf = run(context, 1, "equiangular_pdf(&e, x)", {"beside": t})["beside"]
     weight = 1 / (off**2 + (t - along) ** 2) / pdf
     first, last = angles(CASES["beside"])
     assert np.allclose(weight, (last - first) / off, rtol=1e-4)

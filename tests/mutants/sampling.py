@@ -137,8 +137,8 @@ SINS = (
     Sin(
         "equiangular density without the distance",
         device("core/equiangular.h"),
-        "1.f / (e.D * e.angle * (1.f + ratio * ratio))",
-        "1.f / (e.angle * (1.f + ratio * ratio))",
+        "1.f / (e->D * e->angle * (1.f + ratio * ratio))",
+        "1.f / (e->angle * (1.f + ratio * ratio))",
         ("tests/kernels/test_equiangular.py::test_density_is_that_of_the_samples",),
     ),
     Sin(

@@ -17,14 +17,12 @@ static inline real equiangular_power(real own, real other) {
     return 1.f / (1.f + ratio * ratio);
 }
 
-// Where the segment runs through constant media that the light reaches.
-static inline void equiangular_span(const path *p, const struct world *world, integer light, real *near, real *far) {
-    clocks_span(world, p, near, far);
-    light_place_span(world, light, p->origin, p->direction, near, far);
-}
-
-static inline real equiangular_density(const path *p, const struct world *world, integer light, real near, real far, real t) {
-    return equiangular_pdf(p->origin, p->direction, light_place(world, light), near, far, t) * PLACE_CHANCE;
+// The part of the segment that runs through constant media and that the light reaches, seen from it.
+static inline equiangular equiangular_seen(const path *p, const struct world *world, integer light) {
+    real near, far;
+    clocks_span(world, p, &near, &far);
+    light_place_span(world, light, p->origin, p->direction, &near, &far);
+    return equiangular_of(p->origin, p->direction, light_place(world, light), near, far);
 }
 
 // The share of a collision at the segment's end; 1 for light that comes from no point.
@@ -33,9 +31,11 @@ static inline real equiangular_weight(const path *p, const struct world *world, 
     if (!some(place)) return (real)1.f;
     integer medium;
     coefficient own, sigma_t = clocks_sigma_t(world, p, p->end, (real)0.f, &medium, &own);
-    real near, far, rival = equiangular_rival(p, world, p->end, sigma_t);
-    equiangular_span(p, world, light, &near, &far);
-    real density = equiangular_density(p, world, light, near, far, p->end);
+    real rival = equiangular_rival(p, world, p->end, sigma_t);
+    equiangular seen = p->seen;
+    // The segment has asked one light: of several, perhaps another one.
+    if (some(place & test((real)PLACE_CHANCE < 1.f))) seen = equiangular_seen(p, world, light);
+    real density = equiangular_pdf(&seen, p->end) * PLACE_CHANCE;
     return pick((real)1.f, equiangular_power(rival, density), place & test(rival > 0.f));
 }
 
@@ -46,20 +46,20 @@ static inline mask equiangular_start(path *p, const struct world *world, mask fl
     p->asked |= chosen;
     words w = rng_next(&p->random, chosen);
     integer light = to_integer(unit(w.x) / PLACE_CHANCE);
-    real near, far;
-    equiangular_span(p, world, light, &near, &far);
-    real t = equiangular_sample(p->origin, p->direction, light_place(world, light), near, far, unit(w.y));
+    equiangular seen = equiangular_seen(p, world, light);
+    p->seen = equiangular_pick(&p->seen, &seen, chosen);
+    real t = equiangular_sample(&seen, unit(w.y));
     integer medium;
     coefficient own, sigma_t = clocks_sigma_t(world, p, t, unit(w.z), &medium, &own);
     vector at = vector_along(p->origin, t, p->direction);
     light_sample sample;
     light_place_sample(world, light, at, &sample);
-    real rival = equiangular_rival(p, world, t, sigma_t), density = equiangular_density(p, world, light, near, far, t);
+    real rival = equiangular_rival(p, world, t, sigma_t), density = equiangular_pdf(&seen, t) * PLACE_CHANCE;
     real phase = phase_eval(world, medium, p->direction, sample.towards);
     coefficient survival = coefficient_exp_minus(clocks_depth(world, p, t));
     spectrum scattered = spectrum_attenuate(p->throughput, coefficient_multiply(own, survival));
     scattered = spectrum_multiply(scattered, media_albedo(world, medium, at, w));
     spectrum arriving = spectrum_scale(spectrum_multiply(scattered, sample.weight), phase / density * equiangular_power(density, rival));
-    mask lit = chosen & test(near < far) & test(medium >= 0) & test(density > 0.f) & test(spectrum_max(arriving) > 0.f);
+    mask lit = chosen & test(seen.near < seen.far) & test(medium >= 0) & test(density > 0.f) & test(spectrum_max(arriving) > 0.f);
     return shadow_cast_aside(p, world, at, &sample, arriving, lit);
 }

@@ -1,5 +1,6 @@
 // The state of a lane: a path, the segment of it that is being walked, and the vertex from which a walk towards a light
 // went out. What a scene does not use of it is never touched, and the compiler drops it.
+#include "core/equiangular.h"
 #include "core/rng.h"
 #include "core/vector.h"
 
@@ -17,6 +18,7 @@ typedef struct {
     mask walking;       // a walk that measures transmittance, not a flight
     mask tracking;      // inside the grids' bounds
     mask asked;         // the flight has had its equiangular vertex
+    equiangular seen;   // the segment from the light of that vertex
     mask aside;         // a walk that a flight waits for: the flight goes on from the vertex afterwards
     // The path
     spectrum throughput, radiance;

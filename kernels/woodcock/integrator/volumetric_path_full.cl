@@ -74,17 +74,19 @@ static inline void volumetric_path_full(const struct world *world, __global floa
     p.random.pixel = integer_as_word(pixel);
     p.random.sample = (word)first;
     p.random.seed = world->scene->film.seed;
-    mask live = (mask)-1;
+    mask live = (mask)-1, begin = live;
     moments sums[CHANNELS + LAYERS] = {{0}};
     audit found = {0};
     const word last = (word)(first + samples - 1u);
-    path_begin(&p, &s, world, x, y, live);
 
     while (some(live)) {
+        // Paths begin at one place, which is inlined.
+        if (some(begin)) path_begin(&p, &s, world, x, y, begin);
         if (some(p.fresh)) segments_begin(&p, &s, world, &walk);
         mask collided, lost;
         grids_step(&p, world, &walk, &found, &collided, &lost);
         mask ended = live & ~p.tracking & ~p.fresh;
+        begin = (mask)0;
         if (!some(ended)) continue;
 
         // What ended the segment: a collision in a constant medium, a surface, or nothing at all.
@@ -161,8 +163,8 @@ static inline void volumetric_path_full(const struct world *world, __global floa
             for (int k = 0; k < LAYERS; ++k) moments_add(&sums[CHANNELS + k], pick((real)0.f, layer_value(&p, k), end & ~bad));
             live &= ~(end & test(p.random.sample == last));
             p.random.sample = pick(p.random.sample, p.random.sample + 1u, end);
-            path_begin(&p, &s, world, x, y, end & live);
         }
+        begin = end & live;
     }
 
     for (int c = 0; c < PLANES; ++c) moments_store(&sums[PLANE(c)], film + (size_t)(4 * c) * pixels + lane0, pixels);

@@ -233,6 +233,8 @@ def submit(
             # What a compiler or a driver said besides is on the render's page
             sentence = (end.error or "the service gave no reason").strip().splitlines()[0]
             _fail(f"the render failed: {sentence}", FAILED)
+        if end.state == "cancelled":
+            _fail("the render was cancelled", FAILED)
         if output is not None:
             _save(client, end, output)
 

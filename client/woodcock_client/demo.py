@@ -98,9 +98,9 @@ def render(client: Client, scenes: dict[str, Scene], folder: Path) -> bool:
     for name, job in jobs.items():
         typer.echo(f"{name}, {job.width} × {job.height}")
         end = show(client.follow(job.id))
-        if end.state == "failed":
+        if end.state != "succeeded":
             failed = True
-            typer.echo(f"{name} failed: {end.error}", err=True)
+            typer.echo(f"{name} {end.state}: {end.error}" if end.error else f"{name} {end.state}", err=True)
             continue
         saved = {artifact: folder / f"{name}{suffix}" for artifact, suffix in ARTIFACTS.items()}
         for artifact, path in saved.items():

@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict
 
 from woodcock.scene import Scene, Stop
 
-State = Literal["queued", "running", "succeeded", "failed"]
+State = Literal["queued", "running", "cancelling", "succeeded", "failed", "cancelled"]
+FINAL: tuple[State, ...] = ("succeeded", "failed", "cancelled")
 
 
 class Answer(BaseModel):
@@ -38,11 +39,14 @@ class JobSummary(Answer):
     `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated. Where
     `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
     `device` is the one that was asked for, or "any"; `devices` have rendered it. `reference` is what its picture is
-    held against, if anything. `waiting` says why a queued job would not be rendered even if no other were before it.
+    held against, if anything. `retry_of` is the job that this one does once more. `waiting` says why a queued job
+    would not be rendered even if no other were before it.
     """
 
     id: str
     name: str
+    tags: tuple[str, ...] = ()
+    priority: int = 0
     state: State
     waiting: str | None = None
     created_at: datetime
@@ -59,6 +63,7 @@ class JobSummary(Answer):
     device: str = "any"
     devices: tuple[str, ...] = ()
     reference: str | None = None
+    retry_of: str | None = None
     integrator: str | None = None
     error: str | None = None
     links: Links
@@ -71,7 +76,7 @@ class JobSummary(Answer):
     @property
     def finished(self) -> bool:
         """True when nothing about the job will change any more."""
-        return self.state in ("succeeded", "failed")
+        return self.state in FINAL
 
 
 class Job(JobSummary):

@@ -11,7 +11,7 @@ from anyio import to_thread
 from fastapi import FastAPI, HTTPException, Request, Response
 from fastapi.responses import PlainTextResponse
 from prometheus_client.exposition import choose_encoder
-from sqlalchemy import text
+from sqlalchemy import Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock import __version__
@@ -45,6 +45,7 @@ def create_app(settings: Settings) -> FastAPI:
     """
     storage = Storage(settings.data)
     engine = open_database(settings.database)
+    _remove_orphans(engine, storage)
     changes, metrics = Changes(), Metrics()
 
     @asynccontextmanager
@@ -77,6 +78,15 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"])
     app.add_middleware(CountRequests, metrics=metrics)
     return app
+
+
+def _remove_orphans(engine: Engine, storage: Storage) -> None:
+    """Folders of jobs that are no more, which a server left that was killed."""
+    folders = storage.folders()  # first: whatever has one by now has a row
+    with engine.connect() as connection:
+        known = repository.folders(connection)
+    for orphan in folders - known:
+        storage.remove_job(orphan)
 
 
 def healthz(services: Provided) -> dict[str, Any]:

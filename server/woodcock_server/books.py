@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from typing import Any
-
-from sqlalchemy import RowMapping
 
 from woodcock.film import Film
 from woodcock.report import Facts, Use
@@ -18,7 +17,7 @@ class Books:
     usage: by device; spent: wall seconds of merge, check and write, by all attempts.
     """
 
-    def __init__(self, row: RowMapping) -> None:
+    def __init__(self, row: Mapping[str, Any]) -> None:
         self.usage: dict[str, Use] = {}
         self.series: list[Point] = []
         self.spent: dict[str, float] = {"merge": 0.0, "check": 0.0, "write": 0.0, **row["spent"]}

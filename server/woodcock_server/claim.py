@@ -6,12 +6,12 @@ from datetime import UTC, datetime
 from typing import Any
 
 import structlog
-from sqlalchemy import Engine, RowMapping
+from sqlalchemy import Engine
 
 from woodcock.film import Film, FilmError
 from woodcock_server.events import Changes
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.storage import Storage
 from woodcock_server.threads import in_thread
 
@@ -19,7 +19,7 @@ log = structlog.get_logger()
 
 
 class LeaseLost(Exception):  # noqa: N818 - it says what happened
-    """Another dispatcher holds the job now; whatever this one still does must leave no trace."""
+    """Another dispatcher holds the job now, or it is to be cancelled; what this one still does must leave no trace."""
 
 
 class Claim:
@@ -28,7 +28,7 @@ class Claim:
     row: as it was claimed.
     """
 
-    def __init__(self, engine: Engine, storage: Storage, changes: Changes, row: RowMapping) -> None:
+    def __init__(self, engine: Engine, storage: Storage, changes: Changes, row: repository.Row) -> None:
         self.row = row
         self.id: str = row["id"]
         self.token: int = row["token"]
@@ -61,12 +61,23 @@ class Claim:
 
     async def end(self, state: State, error: str | None = None) -> None:
         """The job is over. Raises LeaseLost."""
-        await self.write({"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **_NOBODY})
+        await self.write(
+            {"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **repository.NOBODY}
+        )
         await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
 
     async def put_back(self, values: dict[str, Any]) -> None:
         """Leave the job to the next dispatcher. Raises LeaseLost."""
-        await self.write({"state": State.QUEUED, **values, **_NOBODY})
+        await self.write({"state": State.QUEUED, **values, **repository.NOBODY})
 
+    async def let_go(self) -> bool:
+        """Of a job that is to be cancelled, so that it is; False if another dispatcher holds it."""
+        cancelled = await in_thread(self._let_go)
+        if cancelled:
+            self._changes.publish(self.id)
+            await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
+        return cancelled
 
-_NOBODY: dict[str, Any] = {"owner": None, "lease_until": None}
+    def _let_go(self) -> bool:
+        with self._engine.begin() as connection:
+            return repository.let_go(connection, self.id, self.token, datetime.now(UTC))

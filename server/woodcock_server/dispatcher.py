@@ -11,7 +11,7 @@ from datetime import UTC, datetime, timedelta
 
 import structlog
 from distributed import Client
-from sqlalchemy import Connection, Engine, RowMapping
+from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock.denoise import DenoiseError
@@ -53,7 +53,7 @@ class Dispatcher:
         self._client, self._devices, self._checks = client, devices, checks
         self._lease, self._metrics = timedelta(seconds=lease), metrics
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
-        self._work = asyncio.Event()
+        self._work, self._look = asyncio.Event(), asyncio.Event()
         self._task: asyncio.Task[None] | None = None
 
     @asynccontextmanager
@@ -73,6 +73,10 @@ class Dispatcher:
     def wake(self) -> None:
         """There is a new job."""
         self._work.set()
+
+    def look(self) -> None:
+        """A job is to be cancelled; perhaps it is the one that is rendered."""
+        self._look.set()
 
     def fault(self, connection: Connection) -> str | None:
         """Why nothing is rendered, jobs that ask for a device perhaps excepted; None if something is."""
@@ -133,14 +137,18 @@ class Dispatcher:
             try:
                 await self._attempt(job)
             except LeaseLost:
-                log.warning("job lost to another dispatcher", job=claim.id)
+                if await claim.let_go():
+                    log.info("job cancelled", job=claim.id)
+                else:
+                    log.warning("job lost to another dispatcher", job=claim.id)
             return True
         finally:
             self._checks.occupy(())
 
-    def _claim(self, free: Sequence[str]) -> tuple[RowMapping, list[str]] | None:
+    def _claim(self, free: Sequence[str]) -> tuple[repository.Row, list[str]] | None:
         """A job and the devices that render it: all that are trusted, or the one that it asks for, trusted or not."""
         now = datetime.now(UTC)
+        self._cancel_abandoned(now)
         with self._engine.connect() as connection:
             distrusted = self._checks.distrusted(connection)
             trusted = [device for device in free if device not in distrusted]
@@ -152,6 +160,14 @@ class Dispatcher:
         if row is None:
             return None
         return row, trusted if row["device"] == ANY else [row["device"]]
+
+    def _cancel_abandoned(self, now: datetime) -> None:
+        with self._engine.connect() as connection:
+            abandoned = repository.abandoned(connection, now)
+        for job_id, token in abandoned:
+            with self._engine.begin() as connection:
+                if repository.let_go(connection, job_id, token, now):
+                    log.warning("job cancelled, its holder is gone", job=job_id)
 
     async def _attempt(self, job: Rendering) -> None:
         rendering = asyncio.create_task(job.run())
@@ -182,7 +198,7 @@ class Dispatcher:
     async def _keep_lease(self, job: Rendering) -> None:
         """Renew the lease until cancelled. Raises LeaseLost."""
         while True:
-            await asyncio.sleep(0.3 * self._lease.total_seconds())
+            await wait(self._look, 0.3 * self._lease.total_seconds())
             if not await in_thread(self._renew, job.claim):
                 raise LeaseLost
 

@@ -10,7 +10,6 @@ from datetime import datetime
 from typing import Any
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
-from sqlalchemy import RowMapping
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 #: Upper ends of buckets, seconds: from a preview of a small scene to a night in the queue.
@@ -71,7 +70,7 @@ class Metrics:
         for outcome in ("succeeded", "failed"):
             self.finished.labels(outcome)
 
-    def claimed(self, row: RowMapping, now: datetime) -> None:
+    def claimed(self, row: Mapping[str, Any], now: datetime) -> None:
         """A job leaves the queue; only its first claim counts, for what comes after is no waiting of its own."""
         if row["token"] == 1:
             self.queue_wait.observe((now - row["created_at"]).total_seconds())

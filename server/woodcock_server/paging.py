@@ -28,5 +28,6 @@ def fetch_page(
 def link_next(request: Request, response: Response, cursor: str | None) -> None:
     """RFC 8288: the next page in the Link header, with the query of this one."""
     if cursor is not None:
-        query = urlencode({**request.query_params, "cursor": cursor})
+        kept = [(name, value) for name, value in request.query_params.multi_items() if name != "cursor"]
+        query = urlencode([*kept, ("cursor", cursor)])
         response.headers["Link"] = f'<{request.url.path}?{query}>; rel="next"'

@@ -50,6 +50,10 @@ class InvalidRequest(Exception):  # noqa: N818 - it names what was asked
         self.faults = faults
 
 
+class Conflict(Exception):  # noqa: N818 - it names what was asked
+    """A 409: the request does not fit what state things are in."""
+
+
 def install(app: FastAPI) -> None:
     """Answer every error with a problem."""
 
@@ -66,6 +70,10 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(InvalidRequest)
     def invalid_request(_request: Request, error: InvalidRequest) -> ProblemResponse:
         return respond(422, error.detail, error.faults)
+
+    @app.exception_handler(Conflict)
+    def conflict(_request: Request, error: Conflict) -> ProblemResponse:
+        return respond(409, str(error))
 
     @app.exception_handler(ClientDisconnect)
     def gone(_request: Request, _error: ClientDisconnect) -> ProblemResponse:

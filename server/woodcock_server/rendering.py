@@ -29,7 +29,7 @@ from woodcock_server.books import Books
 from woodcock_server.claim import Claim
 from woodcock_server.cluster import ask
 from woodcock_server.jobs import reference
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.metrics import Metrics
 from woodcock_server.rounds import Rounds
 from woodcock_server.storage import Storage

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import tempfile
 import time
 from collections.abc import Iterator
@@ -56,6 +57,8 @@ class Storage:
             with suppress(FileNotFoundError):
                 if path.stat().st_mtime < time.time() - 86400:
                     path.unlink()
+        for path in self.scratch.glob("gone-*"):
+            shutil.rmtree(path, ignore_errors=True)
 
     # Volumes
 
@@ -94,6 +97,17 @@ class Storage:
         folder.mkdir(exist_ok=True)
         for path in folder.glob(".*"):
             path.unlink(missing_ok=True)
+
+    def remove_job(self, job_id: str) -> None:
+        """Its folder, under another name first: what is half removed is no job's."""
+        gone = self.scratch / f"gone-{job_id}"
+        with suppress(FileNotFoundError):
+            self.job_file(job_id, "").rename(gone)
+        shutil.rmtree(gone, ignore_errors=True)
+
+    def folders(self) -> set[str]:
+        """Ids of what has one."""
+        return {path.name for path in self.jobs.iterdir()}
 
     def write_json(self, job_id: str, name: str, content: dict[str, Any]) -> None:
         """Raises OSError, and ValueError for NaN and infinities."""

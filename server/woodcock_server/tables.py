@@ -12,6 +12,7 @@ from sqlalchemy import (
     DateTime,
     Dialect,
     Float,
+    ForeignKey,
     Index,
     Integer,
     MetaData,
@@ -42,6 +43,7 @@ metadata = MetaData(
         "ix": "ix_%(table_name)s_%(column_0_N_name)s",
         "uq": "uq_%(table_name)s_%(column_0_name)s",
         "pk": "pk_%(table_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_name)s",
     }
 )
 
@@ -54,7 +56,9 @@ jobs = Table(
     Column("device", String(64), nullable=False),  # what it asks for: an id, or jobs.schemas.ANY
     Column("reference", String(71)),  # what its picture is held against: a job's id, or that of an uploaded picture
     Column("comparison", String(36)),  # whose variant it renders
-    Column("state", String(16), nullable=False),  # jobs.schemas.State
+    Column("retry_of", String(36)),  # the job that it does once more
+    Column("priority", Integer, nullable=False, server_default="0"),  # the higher ones are rendered first
+    Column("state", String(16), nullable=False),  # jobs.states.State
     Column("created_at", UtcDateTime, nullable=False),
     Column("started_at", UtcDateTime),
     Column("finished_at", UtcDateTime),
@@ -74,7 +78,26 @@ jobs = Table(
     Column("token", Integer, nullable=False),
     Column("owner", String(200)),
     Column("lease_until", UtcDateTime),
-    Index(None, "state", "id"),
+    Index(None, "state", "priority", "id"),
+)
+
+#: Words to find jobs by.
+job_tags = Table(
+    "job_tags",
+    metadata,
+    Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
+    Column("tag", String(64), primary_key=True),
+    Index(None, "tag", "job_id"),
+)
+
+#: First answers to requests that came with an Idempotency-Key.
+answers = Table(
+    "answers",
+    metadata,
+    Column("key", String(255), primary_key=True),
+    Column("digest", String(64), nullable=False),  # of the request
+    Column("answer", JSON, nullable=False),
+    Column("created_at", UtcDateTime, nullable=False),
 )
 
 comparisons = Table(

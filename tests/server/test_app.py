@@ -46,7 +46,7 @@ def test_the_api_describes_itself(client: TestClient) -> None:
     assert set(paths) == {
         "/api/v1/comparisons", "/api/v1/comparisons/{id}", "/api/v1/comparisons/{id}/report.html",
         "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
-        "/api/v1/jobs/{id}/image.exr",
+        "/api/v1/jobs/{id}/cancel", "/api/v1/jobs/{id}/retry", "/api/v1/jobs/{id}/image.exr",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/jobs/{id}/report.html",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
         "/healthz", "/metrics",

@@ -157,7 +157,8 @@ def test_pages_hold_every_job_once_newest_first(client: TestClient, make_scene: 
 
 
 @pytest.mark.parametrize(
-    ("query", "field"), [("limit=0", "limit"), ("limit=201", "limit"), ("cursor=x", "cursor"), ("state=lost", "state")]
+    ("query", "field"),
+    [("limit=0", "limit"), ("limit=201", "limit"), ("cursor=x", "cursor"), ("state=lost", "state[0]")],
 )
 def test_a_fault_of_a_query_names_it(client: TestClient, query: str, field: str) -> None:
     answer = client.get(f"/api/v1/jobs?{query}")

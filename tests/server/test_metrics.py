@@ -95,9 +95,7 @@ def test_jobs_are_those_of_the_database(client: TestClient, make_scene: Make, mo
         found = dict(_of(values(client), "woodcock_jobs"))
         assert found == {
             ("woodcock_jobs", "queued"): count,
-            ("woodcock_jobs", "running"): 0,
-            ("woodcock_jobs", "succeeded"): 0,
-            ("woodcock_jobs", "failed"): 0,
+            **{("woodcock_jobs", state): 0 for state in ("running", "cancelling", "succeeded", "failed", "cancelled")},
         }
         client.post("/api/v1/jobs", json={"scene": make_scene()})
 

@@ -14,7 +14,7 @@ from starlette.testclient import TestClient
 from woodcock.film import Film
 from woodcock.image import write_exr
 from woodcock_server.jobs import reference
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.tables import jobs
 
 Make = Callable[..., dict[str, Any]]

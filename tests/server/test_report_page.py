@@ -13,7 +13,7 @@ from tests.client.conftest import context as context
 from tests.client.conftest import page as page
 from tests.client.conftest import said as said
 
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.tables import jobs
 
 from .conftest import Service

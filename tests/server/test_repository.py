@@ -12,7 +12,8 @@ from sqlalchemy import Engine
 from woodcock_server.database import open_database
 from woodcock_server.identifiers import PATTERN, new_id
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY, State
+from woodcock_server.jobs.schemas import ANY
+from woodcock_server.jobs.states import State
 
 NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
 LEASE = timedelta(seconds=10)
@@ -27,7 +28,7 @@ def engine(tmp_path: Path) -> Iterator[Engine]:
 
 def add(engine: Engine, device: str = ANY) -> str:
     with engine.begin() as connection:
-        return repository.add(connection, "", {}, device, NOW)
+        return repository.add(connection, {"name": "", "scene": {}, "device": device}, NOW)
 
 
 def claim(engine: Engine, job_id: str, owner: str, now: datetime = NOW) -> int | None:

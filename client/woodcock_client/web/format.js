@@ -69,4 +69,11 @@ export const isDeterministic = (job) => ["transmittance", "emission_absorption"]
 // Ids of uploaded files by their first digits: in one line they would leave no room for what is said of them.
 export const brief = (text) => text.replace(/(sha256:[0-9a-f]{8})[0-9a-f]{56}/g, "$1…");
 
-export const STATES = { queued: "Queued", running: "Rendering", succeeded: "Done", failed: "Failed" };
+export const STATES = {
+  queued: "Queued",
+  running: "Rendering",
+  cancelling: "Stopping",
+  succeeded: "Done",
+  failed: "Failed",
+  cancelled: "Cancelled",
+};

@@ -37,7 +37,7 @@ export function Picture({ job, every, lazy = false }) {
   }, [wanted, busy]);
 
   if (!shown || broken) {
-    const waiting = job.state === "failed" ? "No picture" : "No samples yet";
+    const waiting = job.state === "failed" || job.state === "cancelled" ? "No picture" : "No samples yet";
     return html`<span class="no-picture">${broken ? "The preview cannot be shown" : waiting}</span>`;
   }
   return html`<img

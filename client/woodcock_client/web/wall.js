@@ -58,7 +58,7 @@ function Card({ job, now }) {
         <div class="line">
           <span class="name" title=${title(job)}>${title(job)}</span>
           ${job.state === "running" && html`<${Badge} state="running" label=${`${Math.floor(100 * job.fraction)} %`} />`}
-          ${(job.state === "queued" || job.state === "failed") &&
+          ${job.state !== "running" && job.state !== "succeeded" &&
           html`<${Badge} state=${job.state} label=${STATES[job.state]} />`}
         </div>
         <div class="line fact">

@@ -13,7 +13,7 @@ from woodcock_server.comparisons import repository, service
 from woodcock_server.comparisons.schemas import PREFIX, ComparedJob, Comparison, ComparisonCreate, Links
 from woodcock_server.jobs.endpoints import html_page
 from woodcock_server.jobs.schemas import PREFIX as JOBS
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided, Services
 

@@ -22,8 +22,9 @@ def add(connection: Connection, asked: Mapping[str, Any], variants: Sequence[Var
     for variant in variants:
         name = f"{asked['name']}: {variant.label}" if asked["name"] else variant.label
         scene = variant.scene.model_dump(mode="json")
+        same = {key: asked[key] for key in ("device", "reference")}
         job_id = repository.add(
-            connection, name[:200], scene, asked["device"], now, asked["reference"], comparison=comparison_id
+            connection, {"name": name[:200], "scene": scene, "comparison": comparison_id, **same}, now
         )
         made.append({"job": job_id, "label": variant.label, "choices": variant.choices})
     connection.execute(insert(comparisons).values(id=comparison_id, created_at=now, variants=made, **asked))

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene
-from woodcock_server.jobs.schemas import ANY, State
+from woodcock_server.jobs.schemas import ANY
+from woodcock_server.jobs.states import State
 
 PREFIX = "/api/v1/comparisons"
 

@@ -25,8 +25,9 @@ from woodcock.scene import Scene, SecondsStop
 from woodcock_server.comparisons import repository
 from woodcock_server.comparisons.schemas import MOST_VARIANTS, ComparisonCreate
 from woodcock_server.jobs import reference
-from woodcock_server.jobs.schemas import ANY, JobCreate, State
+from woodcock_server.jobs.schemas import ANY, JobCreate
 from woodcock_server.jobs.service import check_request
+from woodcock_server.jobs.states import State
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
 from woodcock_server.storage import Storage

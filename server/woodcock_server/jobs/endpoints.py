@@ -9,15 +9,18 @@ from pathlib import Path
 from typing import Annotated
 
 from anyio import to_thread
-from fastapi import APIRouter, Depends, HTTPException, Request, Response
+from fastapi import APIRouter, Depends, HTTPException, Query, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from sqlalchemy import RowMapping
+from pydantic import AwareDatetime
 
 from woodcock.report_schema import Report
+from woodcock_server.etags import UNCHANGED, unchanged
 from woodcock_server.jobs import repository, service
 from woodcock_server.jobs.check import JobCheck, check
-from woodcock_server.jobs.schemas import PREFIX, Job, JobCreate, JobPage, State, job, summary
+from woodcock_server.jobs.idempotency import Key
+from woodcock_server.jobs.schemas import PREFIX, Job, JobChange, JobCreate, JobPage, Tag, summary
+from woodcock_server.jobs.states import State
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided, Services
@@ -29,23 +32,24 @@ POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*
 NOTHING = "default-src 'none'"
 
 
-def _existing(id: str, services: Provided) -> RowMapping:
-    row = service.find(services.engine, id)
-    if row is None:
-        raise HTTPException(404, f"There is no job {id}.")
-    return row
+def _existing(id: str, services: Provided) -> repository.Row:
+    with services.engine.connect() as connection:
+        return service.existing(connection, id)
 
 
-Existing = Annotated[RowMapping, Depends(_existing)]
+Existing = Annotated[repository.Row, Depends(_existing)]
 
 
 @router.post("", status_code=201, responses=problem_schema(413))
-async def submit_job(request: JobCreate, response: Response, services: Provided) -> Job:
+async def submit_job(request: JobCreate, response: Response, services: Provided, key: Key = None) -> Job:
     """Queue a render; it is in the database before this answers."""
-    row = await to_thread.run_sync(service.create, services.engine, services.storage, services.devices, request)
+    return _queued(await to_thread.run_sync(service.create, services, request, key), response, services)
+
+
+def _queued(made: Job, response: Response, services: Services) -> Job:
     services.dispatcher.wake()
-    response.headers["Location"] = f"{PREFIX}/{row['id']}"
-    return await to_thread.run_sync(_job, row, services)
+    response.headers["Location"] = made.links.self
+    return made
 
 
 @router.post("/check", responses=problem_schema(413))
@@ -57,27 +61,65 @@ async def check_job(request: JobCreate, services: Provided) -> JobCheck:
     return await check(services, request)
 
 
-@router.get("")
+@router.get("", response_model=JobPage, responses=UNCHANGED)
 def list_jobs(
     request: Request,
     response: Response,
     services: Provided,
     limit: Limit = 50,
     cursor: Cursor = None,
-    state: State | None = None,
-) -> JobPage:
+    state: Annotated[list[State] | None, Query(description="Jobs in this state; several may be given.")] = None,
+    tag: Tag | None = None,
+    text: Annotated[
+        str | None, Query(max_length=200, description="A part of the name, in letters of any case.")
+    ] = None,
+    since: Annotated[AwareDatetime | None, Query(description="Created then or later.")] = None,
+    before: Annotated[AwareDatetime | None, Query(description="Created earlier.")] = None,
+) -> JobPage | Response:
     """Jobs without their scenes, newest first."""
+    meant = repository.Filter(state or (), tag, text, since, before)
     with services.engine.connect() as connection:
-        rows, following = repository.page(connection, limit, cursor, state)
+        rows, following = repository.page(connection, limit, cursor, meant)
+        waiting = service.waiting(connection, services.dispatcher, rows)
     link_next(request, response, following)
-    waiting = service.waiting(services.engine, services.dispatcher, rows)
-    return JobPage(items=[summary(*each) for each in zip(rows, waiting, strict=True)], next=following)
+    page = JobPage(items=[summary(*each) for each in zip(rows, waiting, strict=True)], next=following)
+    return unchanged(request, response, page) or page
 
 
 @router.get("/{id}", responses=problem_schema(404))
 def get_job(row: Existing, services: Provided) -> Job:
     """One job, with its scene."""
-    return _job(row, services)
+    with services.engine.connect() as connection:
+        return service.described(connection, services.dispatcher, row)
+
+
+@router.patch("/{id}", responses=problem_schema(404))
+async def change_job(id: str, request: JobChange, services: Provided) -> Job:
+    """Change its name, tags or priority."""
+    changed = await to_thread.run_sync(service.change, services, id, request)
+    services.changes.publish(id)
+    return changed
+
+
+@router.delete("/{id}", status_code=204, responses=problem_schema(404, 409))
+def delete_job(row: Existing, services: Provided) -> None:
+    """Forget a job that has ended, and its pictures."""
+    service.delete(services, row)
+
+
+@router.post("/{id}/cancel", status_code=202, responses=problem_schema(404, 409))
+async def cancel_job(id: str, services: Provided) -> Job:
+    """Stop a job that has not ended: at once, or, while it is rendered, as soon as whoever renders it lets go of it."""
+    cancelled = await to_thread.run_sync(service.cancel, services, id)
+    services.dispatcher.look()
+    services.changes.publish(id)
+    return cancelled
+
+
+@router.post("/{id}/retry", status_code=201, responses=problem_schema(404, 409))
+async def retry_job(row: Existing, response: Response, services: Provided) -> Job:
+    """Queue a new job that asks for the same as one that failed or was cancelled."""
+    return _queued(await to_thread.run_sync(service.retry, services, row), response, services)
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))
@@ -85,10 +127,6 @@ async def follow_job(row: Existing, services: Provided) -> AsyncIterator[ServerS
     """The job as it is now and at each change (`progress`), and at its end (`end`), as server-sent events."""
     async for now in service.follow(services.engine, services.changes, services.dispatcher, row["id"]):
         yield ServerSentEvent(event="end" if now.state.final else "progress", data=now)
-
-
-def _job(row: RowMapping, services: Services) -> Job:
-    return job(row, *service.waiting(services.engine, services.dispatcher, [row]))
 
 
 # Results
@@ -120,12 +158,7 @@ def get_report(row: Existing, services: Provided) -> FileResponse:
 def get_report_page(row: Existing, services: Provided) -> HTMLResponse:
     """The report as a page that fetches nothing: the error against time, the pictures, the certificate."""
     path = _result(row, services, "report.html", summary(row).links.report_page)
-    try:
-        page = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        message = f"Job {row['id']} has no report.html: it ended under a version that wrote none; report.json is there."
-        raise HTTPException(404, message) from None
-    return html_page(page)
+    return html_page(path.read_text(encoding="utf-8"))
 
 
 def html_page(page: str) -> HTMLResponse:
@@ -136,7 +169,11 @@ def html_page(page: str) -> HTMLResponse:
     return HTMLResponse(page, headers={"Content-Security-Policy": policy, "X-Content-Type-Options": "nosniff"})
 
 
-def _result(row: RowMapping, services: Services, name: str, link: str | None) -> Path:
+def _result(row: repository.Row, services: Services, name: str, link: str | None) -> Path:
     if link is None:
         raise HTTPException(404, f"Job {row['id']} has no {name}: it is {row['state']}.")
-    return services.storage.job_file(row["id"], name)
+    path = services.storage.job_file(row["id"], name)
+    if not path.is_file():
+        message = f"Job {row['id']} has no {name}: it was deleted, or ended under a version that wrote none."
+        raise HTTPException(404, message)
+    return path

@@ -11,7 +11,7 @@ from woodcock.image import ImageError
 from woodcock.reference import Reference
 from woodcock.scene import UPLOADED, Scene
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import repository as volumes
@@ -40,12 +40,12 @@ def check(engine: Engine, storage: Storage, scene: Scene, reference: str) -> Non
 def _fault(connection: Connection, scene: Scene, reference: str) -> str | None:
     """What the database knows to be wrong."""
     if FILE_ID.fullmatch(reference):
-        row = volumes.get(connection, reference)
-        if row is None:
+        file = volumes.get(connection, reference)
+        if file is None:
             return "must be the id (sha256:…) of a picture that was uploaded to /api/v1/volumes"
-        if row["type"] != "picture":
-            return f"must be a picture; {row['name']} is a {row['type']}"
-        size = row["width"], row["height"]
+        if file["type"] != "picture":
+            return f"must be a picture; {file['name']} is a {file['type']}"
+        size = file["width"], file["height"]
     else:
         row = repository.get(connection, reference)
         if row is None:

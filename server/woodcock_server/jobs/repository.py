@@ -3,46 +3,107 @@ nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Any
+from typing import Any, TypeAlias
 
-from sqlalchemy import ColumnElement, Connection, RowMapping, and_, func, insert, literal, or_, select, update
+from sqlalchemy import ColumnElement, Connection, and_, delete, exists, func, insert, literal, or_, select, update
 
 from woodcock_server.identifiers import new_id
-from woodcock_server.jobs.schemas import State
+from woodcock_server.jobs.states import State
 from woodcock_server.paging import fetch_page
-from woodcock_server.tables import UtcDateTime, jobs
+from woodcock_server.tables import UtcDateTime, comparisons, job_tags, jobs
+
+#: A job: its columns and its tags.
+Row: TypeAlias = Mapping[str, Any]
+
+#: What a job that is asked for is asked for with, where nothing is said.
+PLAIN: Row = {"priority": 0, "reference": None, "comparison": None, "retry_of": None}
 
 
-def add(
-    connection: Connection,
-    name: str,
-    scene: dict[str, Any],
-    device: str,
-    now: datetime,
-    reference: str | None = None,
-    comparison: str | None = None,
-) -> str:
-    """A new job in the queue; returns its id."""
-    job_id = new_id()
-    asked = {"name": name, "scene": scene, "device": device, "reference": reference, "comparison": comparison}
+def add(connection: Connection, asked: Row, now: datetime) -> str:
+    """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags and what PLAIN has."""
+    job_id, columns = new_id(), {**PLAIN, **asked}
+    tags = columns.pop("tags", ())
     nothing = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent": {}, "token": 0}
-    connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, **asked, **nothing))
+    connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, **columns, **nothing))
+    _tag(connection, job_id, tags)
     return job_id
 
 
-def get(connection: Connection, job_id: str) -> RowMapping | None:
-    return connection.execute(select(jobs).where(jobs.c.id == job_id)).mappings().one_or_none()
+def get(connection: Connection, job_id: str) -> Row | None:
+    found = connection.execute(select(jobs).where(jobs.c.id == job_id)).mappings().all()
+    return next(iter(_tagged(connection, found)), None)
 
 
-def page(
-    connection: Connection, limit: int, cursor: str | None, state: State | None
-) -> tuple[Sequence[RowMapping], str | None]:
-    query = select(jobs)
-    if state is not None:
-        query = query.where(jobs.c.state == state)
-    return fetch_page(connection, query, jobs.c.id, limit, cursor)
+@dataclass(frozen=True)
+class Filter:
+    """Which jobs are meant, where something is said: states, any of these; tag; text: a part of the name, in letters of
+    any case; since, before: of their creation."""
+
+    states: Collection[State] = ()
+    tag: str | None = None
+    text: str | None = None
+    since: datetime | None = None
+    before: datetime | None = None
+
+    @property
+    def conditions(self) -> Iterator[ColumnElement[bool]]:
+        if self.states:
+            yield jobs.c.state.in_(self.states)
+        if self.tag is not None:
+            yield exists().where(job_tags.c.job_id == jobs.c.id, job_tags.c.tag == self.tag)
+        if self.text is not None:
+            yield jobs.c.name.icontains(self.text, autoescape=True)
+        if self.since is not None:
+            yield jobs.c.created_at >= self.since
+        if self.before is not None:
+            yield jobs.c.created_at < self.before
+
+
+def page(connection: Connection, limit: int, cursor: str | None, meant: Filter) -> tuple[Sequence[Row], str | None]:
+    query = select(jobs).where(*meant.conditions)
+    rows, following = fetch_page(connection, query, jobs.c.id, limit, cursor)
+    return _tagged(connection, rows), following
+
+
+def change(connection: Connection, job_id: str, columns: Row) -> None:
+    """Of a job, if it exists; columns: tags may be among them."""
+    values = {"name": jobs.c.name, **columns}  # something is written in any case, and first
+    tags = values.pop("tags", None)
+    found = connection.execute(update(jobs).where(jobs.c.id == job_id).values(**values)).rowcount == 1
+    if found and tags is not None:
+        connection.execute(delete(job_tags).where(job_tags.c.job_id == job_id))
+        _tag(connection, job_id, tags)
+
+
+def cancel(connection: Connection, job_id: str, now: datetime) -> bool:
+    """A job that waits is cancelled, one that is rendered is to be; False for one that has ended."""
+    ended = {"finished_at": now}
+    return any(
+        _move(connection, state, jobs.c.id == job_id, **values)
+        for state, values in ((State.CANCELLED, ended), (State.CANCELLING, {}))
+    )
+
+
+def remove(connection: Connection, job_id: str) -> bool:
+    """Forget a job that has ended; False for one that has not."""
+    final = [state for state in State if state.final]
+    return connection.execute(delete(jobs).where(jobs.c.id == job_id, jobs.c.state.in_(final))).rowcount == 1
+
+
+def users(connection: Connection, job_id: str) -> list[str]:
+    """Jobs that have not ended and are held against this one's picture."""
+    final = [state for state in State if state.final]
+    query = select(jobs.c.id).where(jobs.c.reference == job_id, jobs.c.state.not_in(final))
+    return list(connection.execute(query).scalars())
+
+
+def folders(connection: Connection) -> set[str]:
+    """Ids of whatever may have a folder."""
+    return {*connection.execute(select(jobs.c.id)).scalars(), *connection.execute(select(comparisons.c.id)).scalars()}
 
 
 def counts(connection: Connection) -> dict[State, int]:
@@ -55,34 +116,51 @@ def counts(connection: Connection) -> dict[State, int]:
 
 
 def next_claimable(connection: Connection, now: datetime, devices: Collection[str]) -> str | None:
-    """The oldest job that waits, or whose holder let its lease run out, of those that ask for one of these devices.
+    """The oldest of the highest priority that waits, or whose holder let its lease run out, and that asks for one of
+    these devices.
 
     devices: ids, and ANY if jobs may be claimed that ask for none.
     """
     claimable = select(jobs.c.id).where(_claimable(now), jobs.c.device.in_(devices))
-    return connection.execute(claimable.order_by(jobs.c.id).limit(1)).scalar()
+    return connection.execute(claimable.order_by(jobs.c.priority.desc(), jobs.c.id).limit(1)).scalar()
 
 
-def claim(connection: Connection, job_id: str, owner: str, now: datetime, lease: timedelta) -> RowMapping | None:
+def claim(connection: Connection, job_id: str, owner: str, now: datetime, lease: timedelta) -> Row | None:
     """Take the job under a new token; None if another was faster."""
-    taken = connection.execute(
-        update(jobs)
-        .where(jobs.c.id == job_id, _claimable(now))
-        .values(
-            state=State.RUNNING,
-            token=jobs.c.token + 1,
-            owner=owner,
-            lease_until=now + lease,
-            started_at=func.coalesce(jobs.c.started_at, literal(now, UtcDateTime)),
-        )
-    )
-    return get(connection, job_id) if taken.rowcount == 1 else None
+    started = func.coalesce(jobs.c.started_at, literal(now, UtcDateTime))
+    values = {"token": jobs.c.token + 1, "owner": owner, "lease_until": now + lease, "started_at": started}
+    taken = _move(connection, State.RUNNING, jobs.c.id == job_id, _claimable(now), **values)
+    return get(connection, job_id) if taken else None
 
 
 def write_held(connection: Connection, job_id: str, token: int, values: dict[str, Any]) -> bool:
-    """Write to a job's row as the holder of the token; False if it is held under another, or by nobody."""
+    """Write to a job's row as the holder of the token; False if it is held under another, or by nobody, or is to be
+    cancelled. values: the state may be among them."""
     held = and_(jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.RUNNING)
+    assert State.RUNNING in State(values.get("state", State.RUNNING)).before
     return connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
+
+
+def let_go(connection: Connection, job_id: str, token: int, now: datetime) -> bool:
+    """The holder of the token stops rendering a job that is to be cancelled; False if it is not."""
+    held = jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.CANCELLING
+    return _move(connection, State.CANCELLED, *held, finished_at=now, **NOBODY)
+
+
+def abandoned(connection: Connection, now: datetime) -> list[tuple[str, int]]:
+    """Jobs that are to be cancelled and whose holder let the lease run out: ids and tokens."""
+    query = select(jobs.c.id, jobs.c.token).where(jobs.c.state == State.CANCELLING, jobs.c.lease_until < now)
+    return [(row.id, row.token) for row in connection.execute(query)]
+
+
+#: Of a job that no dispatcher holds.
+NOBODY: dict[str, Any] = {"owner": None, "lease_until": None}
+
+
+def _move(connection: Connection, state: State, *where: ColumnElement[bool], **values: Any) -> bool:
+    """To another state, from one that it may follow."""
+    before = jobs.c.state.in_(state.before)
+    return connection.execute(update(jobs).where(before, *where).values(state=state, **values)).rowcount == 1
 
 
 def _claimable(now: datetime) -> ColumnElement[bool]:
@@ -90,3 +168,16 @@ def _claimable(now: datetime) -> ColumnElement[bool]:
         jobs.c.state == State.QUEUED,
         and_(jobs.c.state == State.RUNNING, jobs.c.lease_until < now),
     )
+
+
+def _tag(connection: Connection, job_id: str, tags: Iterable[str]) -> None:
+    if rows := [{"job_id": job_id, "tag": tag} for tag in tags]:
+        connection.execute(insert(job_tags), rows)
+
+
+def _tagged(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[Row]:
+    found = defaultdict[str, list[str]](list)
+    query = select(job_tags).where(job_tags.c.job_id.in_([row["id"] for row in rows])).order_by(job_tags.c.tag)
+    for each in connection.execute(query).mappings():
+        found[each["job_id"]].append(each["tag"])
+    return [{**row, "tags": found[row["id"]]} for row in rows]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import datetime
-from enum import StrEnum
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
-from sqlalchemy import RowMapping
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene, Stop
+from woodcock_server.jobs.states import State
 
 PREFIX = "/api/v1/jobs"
 
@@ -17,20 +17,21 @@ PREFIX = "/api/v1/jobs"
 ANY = "any"
 
 
-class State(StrEnum):
-    QUEUED = "queued"  # waits for a dispatcher, perhaps not for the first time
-    RUNNING = "running"  # a dispatcher holds its lease
-    SUCCEEDED = "succeeded"  # picture and report are there
-    FAILED = "failed"  # `error` says why
-
-    @property
-    def final(self) -> bool:
-        return self in (State.SUCCEEDED, State.FAILED)
+Name = Annotated[str, Field(max_length=200)]
+Tag = Annotated[str, Field(min_length=1, max_length=64)]
+#: Once each, sorted.
+Tags = Annotated[
+    tuple[Tag, ...],
+    Field(max_length=20),
+    AfterValidator(lambda tags: tuple(sorted(set(tags)))),
+]
+Priority = Annotated[int, Field(ge=-100, le=100)]
 
 
 class JobCreate(BaseModel):
     """A request to render.
 
+    tags: words to find it by; priority: jobs of a higher one are rendered first, those of the same in turn.
     device: `any` for all that are trusted, or the id of the one that is to render it alone, trusted or not.
     reference: what the picture is held against as it is rendered, of the same size: the id of a job that has succeeded,
     or that of an uploaded picture (sha256:…).
@@ -39,9 +40,26 @@ class JobCreate(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     scene: Scene
-    name: Annotated[str, Field(max_length=200)] = ""
+    name: Name = ""
+    tags: Tags = ()
+    priority: Priority = 0
     device: Annotated[str, Field(max_length=64)] = ANY
     reference: Annotated[str, Field(max_length=71)] | None = None
+
+
+class JobChange(BaseModel):
+    """What is to be changed of a job; what is left out stays as it is."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: Name = ""
+    tags: Tags = ()
+    priority: Priority = 0
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """What was given."""
+        return self.model_dump(mode="json", exclude_unset=True)
 
 
 class Links(BaseModel):
@@ -62,11 +80,13 @@ class JobSummary(BaseModel):
     integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
     (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
     devices: that have rendered it. reference: that it is held against. waiting: while it is queued, why it would not be
-    rendered even if no job were before it.
+    rendered even if no job were before it. retry_of: the job that this one does once more.
     """
 
     id: str
     name: str
+    tags: list[str]
+    priority: int
     state: State
     waiting: str | None
     created_at: datetime
@@ -83,6 +103,7 @@ class JobSummary(BaseModel):
     device: str
     devices: list[str]
     reference: str | None
+    retry_of: str | None
     integrator: str | None
     error: str | None
     links: Links
@@ -97,15 +118,15 @@ class JobPage(BaseModel):
     next: str | None
 
 
-def summary(row: RowMapping, waiting: str | None = None) -> JobSummary:
+def summary(row: Mapping[str, Any], waiting: str | None = None) -> JobSummary:
     return JobSummary(**_summary(row, waiting))
 
 
-def job(row: RowMapping, waiting: str | None = None) -> Job:
+def job(row: Mapping[str, Any], waiting: str | None = None) -> Job:
     return Job(**_summary(row, waiting), scene=row["scene"])
 
 
-def _summary(row: RowMapping, waiting: str | None) -> dict[str, Any]:
+def _summary(row: Mapping[str, Any], waiting: str | None) -> dict[str, Any]:
     state, scene = State(row["state"]), row["scene"]
     path = f"{PREFIX}/{row['id']}"
     succeeded = state is State.SUCCEEDED
@@ -130,7 +151,7 @@ def _summary(row: RowMapping, waiting: str | None) -> dict[str, Any]:
     }
 
 
-def _done(row: RowMapping) -> float:
+def _done(row: Mapping[str, Any]) -> float:
     """Of what the contract asks for, which part is done."""
     stop = row["scene"]["stop"]
     match stop["kind"]:

@@ -6,16 +6,20 @@ from collections.abc import AsyncIterator, Sequence
 from datetime import UTC, datetime
 
 from anyio import to_thread
-from sqlalchemy import Engine, RowMapping
+from fastapi import HTTPException
+from sqlalchemy import Connection, Engine
+from sqlalchemy.exc import IntegrityError
 
 from woodcock.denoise import DenoiseError, require
 from woodcock.scene import Scene
 from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes, wait
-from woodcock_server.jobs import reference, repository
-from woodcock_server.jobs.schemas import ANY, JobCreate, JobSummary, State, summary
-from woodcock_server.problems import Fault, InvalidRequest
+from woodcock_server.jobs import idempotency, reference, repository
+from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobSummary, job, summary
+from woodcock_server.jobs.states import State
+from woodcock_server.problems import Conflict, Fault, InvalidRequest
+from woodcock_server.services import Services
 from woodcock_server.storage import Storage
 from woodcock_server.volumes.check import check_scene
 
@@ -23,15 +27,82 @@ from woodcock_server.volumes.check import check_scene
 LOOK_EVERY = 2.0
 
 
-def create(engine: Engine, storage: Storage, devices: Sequence[Found], request: JobCreate) -> RowMapping:
-    """Commit a new job to the queue. Raises InvalidRequest."""
-    check_request(engine, storage, devices, request)
-    scene, now = request.scene.model_dump(mode="json"), datetime.now(UTC)
-    with engine.begin() as connection:
-        job_id = repository.add(connection, request.name, scene, request.device, now, request.reference)
-    row = find(engine, job_id)
-    assert row is not None, "jobs are never deleted"
-    return row
+def create(services: Services, request: JobCreate, key: str | None = None) -> Job:
+    """Commit a new job to the queue. key: under which the request may come twice. Raises InvalidRequest."""
+    if key is not None and (first := _first_answer(services, request, key)):
+        return first
+    check_request(services.engine, services.storage, services.devices, request)
+    now = datetime.now(UTC)
+    try:
+        with services.engine.begin() as connection:
+            job_id = repository.add(connection, request.model_dump(mode="json"), now)
+            made = described(connection, services.dispatcher, existing(connection, job_id))
+            if key is not None:
+                idempotency.keep(connection, key, request, made, now)
+    except IntegrityError:
+        # The same request came in at the same time, and was faster.
+        if key is not None and (first := _first_answer(services, request, key)):
+            return first
+        raise
+    return made
+
+
+def _first_answer(services: Services, request: JobCreate, key: str) -> Job | None:
+    with services.engine.connect() as connection:
+        answer = idempotency.answered(connection, key, request)
+    return None if answer is None else Job.model_validate(answer)
+
+
+def described(connection: Connection, dispatcher: Dispatcher, row: repository.Row) -> Job:
+    return job(row, *waiting(connection, dispatcher, [row]))
+
+
+# The life of a job
+
+
+def change(services: Services, job_id: str, asked: JobChange) -> Job:
+    """The job afterwards. Raises JobMissing."""
+    with services.engine.begin() as connection:
+        repository.change(connection, job_id, asked.columns)
+        return described(connection, services.dispatcher, existing(connection, job_id))
+
+
+def cancel(services: Services, job_id: str) -> Job:
+    """The job afterwards: cancelled, or to be so as soon as its holder lets go of it. Raises JobMissing, Conflict."""
+    with services.engine.begin() as connection:
+        done = repository.cancel(connection, job_id, datetime.now(UTC))
+        row = existing(connection, job_id)
+        if not done and State(row["state"]).final:
+            raise Conflict(f"Job {job_id} has ended: it is {row['state']}. Only what has not can be cancelled.")
+        return described(connection, services.dispatcher, row)
+
+
+def retry(services: Services, row: repository.Row) -> Job:
+    """A new job that asks for the same. Raises Conflict, InvalidRequest."""
+    if row["state"] not in (State.FAILED, State.CANCELLED):
+        raise Conflict(f"Job {row['id']} is {row['state']}. Only one that failed or was cancelled can be tried again.")
+    request = JobCreate.model_validate({key: row[key] for key in JobCreate.model_fields})
+    check_request(services.engine, services.storage, services.devices, request)
+    with services.engine.begin() as connection:
+        asked = {**request.model_dump(mode="json"), "retry_of": row["id"]}
+        job_id = repository.add(connection, asked, datetime.now(UTC))
+        return described(connection, services.dispatcher, existing(connection, job_id))
+
+
+def delete(services: Services, row: repository.Row) -> None:
+    """Forget a job and its files. Raises Conflict."""
+    job_id = row["id"]
+    if row["comparison"]:
+        raise Conflict(f"Job {job_id} is a variant of the comparison {row['comparison']}, which needs it.")
+    with services.engine.connect() as connection:
+        users = repository.users(connection, job_id)
+    if users:
+        raise Conflict(f"Job {job_id} is what {', '.join(users)} is held against; that has not ended yet.")
+    with services.engine.begin() as connection:
+        removed = repository.remove(connection, job_id)
+    if not removed:
+        raise Conflict(f"Job {job_id} is {row['state']}. Cancel it first.")
+    services.storage.remove_job(job_id)
 
 
 def check_request(engine: Engine, storage: Storage, devices: Sequence[Found], request: JobCreate) -> None:
@@ -67,24 +138,33 @@ def _check_denoiser(scene: Scene) -> None:
         raise InvalidRequest("The picture cannot be denoised by this service.", fault) from None
 
 
-def find(engine: Engine, job_id: str) -> RowMapping | None:
-    with engine.connect() as connection:
-        return repository.get(connection, job_id)
+class JobMissing(HTTPException):
+    """A 404."""
+
+    def __init__(self, job_id: str) -> None:
+        super().__init__(404, f"There is no job {job_id}.")
 
 
-def waiting(engine: Engine, dispatcher: Dispatcher, rows: Sequence[RowMapping]) -> list[str | None]:
+def existing(connection: Connection, job_id: str) -> repository.Row:
+    """Raises JobMissing."""
+    row = repository.get(connection, job_id)
+    if row is None:
+        raise JobMissing(job_id)
+    return row
+
+
+def waiting(connection: Connection, dispatcher: Dispatcher, rows: Sequence[repository.Row]) -> list[str | None]:
     """Of each job why it would not be rendered even if no job were before it; None also for those that do not wait."""
     asked = {row["device"] for row in rows if row["state"] == State.QUEUED}
-    with engine.connect() as connection:
-        reasons = {device: dispatcher.hindrance(connection, device) for device in asked}
+    reasons = {device: dispatcher.hindrance(connection, device) for device in asked}
     return [reasons[row["device"]] if row["state"] == State.QUEUED else None for row in rows]
 
 
-def look(engine: Engine, dispatcher: Dispatcher, job_id: str) -> JobSummary:
-    """A job that exists, as it is now."""
-    row = find(engine, job_id)
-    assert row is not None, "jobs are never deleted"
-    return summary(row, *waiting(engine, dispatcher, [row]))
+def look(engine: Engine, dispatcher: Dispatcher, job_id: str) -> JobSummary | None:
+    """A job as it is now; None if it is no more."""
+    with engine.connect() as connection:
+        row = repository.get(connection, job_id)
+        return None if row is None else summary(row, *waiting(connection, dispatcher, [row]))
 
 
 async def follow(engine: Engine, changes: Changes, dispatcher: Dispatcher, job_id: str) -> AsyncIterator[JobSummary]:
@@ -93,6 +173,8 @@ async def follow(engine: Engine, changes: Changes, dispatcher: Dispatcher, job_i
     with changes.subscribe(job_id) as changed:
         while not changes.closed:
             now = await to_thread.run_sync(look, engine, dispatcher, job_id)
+            if now is None:
+                return
             if now != last:
                 yield now
                 last = now

@@ -26,6 +26,7 @@ EXTRAS = {
     "import": "render",
     "compare": "render,pocl",
     "serve": "server,pocl",
+    "token": "server",
 }
 
 FAILED, BAD_INPUT, UNREACHABLE, INTERRUPTED = 1, 2, 3, 130
@@ -107,7 +108,11 @@ def build(asked: list[str]) -> typer.Typer:
     known = EXTRAS.keys() | installed.keys() | {"submit"}
     for name in sorted((known & set(asked) or known) - {"submit"}):
         try:
-            app.command(name)(_load(installed.get(name)))
+            loaded = _load(installed.get(name))
+            if isinstance(loaded, typer.Typer):
+                app.add_typer(loaded, name=name)
+            else:
+                app.command(name)(loaded)
         except ModuleNotFoundError as error:
             stand_in = _absent(name, error.name)
             app.command(name, help=f"(needs {_install(name)})", context_settings=ANY_ARGUMENTS)(stand_in)
@@ -117,10 +122,10 @@ def build(asked: list[str]) -> typer.Typer:
 ANY_ARGUMENTS = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []}
 
 
-def _load(point: EntryPoint | None) -> Callable[..., Any]:
+def _load(point: EntryPoint | None) -> Callable[..., Any] | typer.Typer:
     if point is None:
         raise ModuleNotFoundError
-    command: Callable[..., Any] = point.load()
+    command: Callable[..., Any] | typer.Typer = point.load()
     return command
 
 
@@ -193,6 +198,10 @@ def submit(
     server: Annotated[
         str, typer.Option(metavar="URL", envvar="WOODCOCK_SERVER", help="Address of the service.")
     ] = "http://127.0.0.1:8000",
+    token: Annotated[
+        str | None,
+        typer.Option(envvar="WOODCOCK_TOKEN", show_default=False, help="Where the service asks for one; better in the variable."),
+    ] = None,
 ) -> None:
     # Refuse what cannot end well before hours are spent on it
     if output is not None and output.suffix != ".exr":
@@ -206,7 +215,7 @@ def submit(
     except ValueError as error:
         _fail(str(error), BAD_INPUT)
     try:
-        client = Client(server)
+        client = Client(server, token=token)
     except ValueError as error:
         _fail(f"--server: {error}", BAD_INPUT)
 

@@ -58,12 +58,13 @@ class Client:
     """A connection to one Woodcock service; a context manager.
 
     `base_url` is the service's address, such as "http://127.0.0.1:8000". `timeout` is how many seconds may pass
-    without an answer before a call raises Unreachable; `follow` stays patient that long through an outage.
+    without an answer before a call raises Unreachable; `follow` stays patient that long through an outage. `token` is
+    needed where the service asks for one.
 
     Every call may raise Unreachable or ServiceError. Raises ValueError if `base_url` is not an http(s) address.
     """
 
-    def __init__(self, base_url: str, *, timeout: float = 30.0) -> None:
+    def __init__(self, base_url: str, *, timeout: float = 30.0, token: str | None = None) -> None:
         try:
             url = httpx2.URL(base_url)
         except httpx2.InvalidURL:
@@ -72,7 +73,8 @@ class Client:
             raise ValueError(f"the service's address must look like http://127.0.0.1:8000 (got {base_url!r})")
         self.base_url = base_url.rstrip("/")
         self._timeout = timeout
-        self._http = httpx2.Client(base_url=self.base_url, timeout=timeout)
+        headers = {"Authorization": f"Bearer {token}"} if token else None
+        self._http = httpx2.Client(base_url=self.base_url, timeout=timeout, headers=headers)
 
     def __enter__(self) -> Self:
         return self

@@ -8,7 +8,7 @@ from typing import Any
 
 import structlog
 from anyio import to_thread
-from fastapi import FastAPI, HTTPException, Request, Response
+from fastapi import Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import PlainTextResponse
 from prometheus_client.exposition import choose_encoder
 from sqlalchemy import Engine, text
@@ -16,6 +16,9 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock import __version__
 from woodcock_server import cluster, preparation, problems
+from woodcock_server.access import endpoints as sessions
+from woodcock_server.access import guard
+from woodcock_server.access.origin import LOOPBACK, SameOrigin
 from woodcock_server.comparisons import endpoints as comparisons
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
@@ -41,10 +44,13 @@ BODY_LIMIT = 1 << 20
 def create_app(settings: Settings) -> FastAPI:
     """The service as an ASGI application; devices, cluster and dispatcher start and stop with its lifespan.
 
-    Raises OSError for a data folder, and sqlalchemy.exc.SQLAlchemyError for a database, that cannot be used.
+    Raises OSError for a data folder, and sqlalchemy.exc.SQLAlchemyError for a database, that cannot be used; Exposed
+    where other machines could reach a service that asks nobody who they are.
     """
     storage = Storage(settings.data)
     engine = open_database(settings.database)
+    if not settings.insecure:
+        guard.protect(engine, settings.host)
     _remove_orphans(engine, storage)
     changes, metrics = Changes(), Metrics()
 
@@ -57,7 +63,9 @@ def create_app(settings: Settings) -> FastAPI:
             dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings.lease_seconds, metrics)
             preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
             async with checks.running(), dispatcher.running(), preparing:
-                app.state.services = Services(engine, storage, changes, client, found, checks, dispatcher, metrics)
+                app.state.services = Services(
+                    engine, storage, changes, client, found, checks, dispatcher, metrics, settings.insecure
+                )
                 yield
         engine.dispose()
 
@@ -66,18 +74,33 @@ def create_app(settings: Settings) -> FastAPI:
         summary="Renders participating media.",
         version=__version__,
         lifespan=lifespan,
-        responses=problems.problem_schema(422, 500),
+        responses=problems.problem_schema(421, 422, 500),
     )
     problems.install(app)
     uploads = volumes.router.prefix
     app.add_middleware(problems.BodyLimit, limit=BODY_LIMIT, special={uploads: settings.upload_limit})
-    for endpoints in (jobs, comparisons, volumes, devices, gallery):
-        app.include_router(endpoints.router)
+    guarded: dict[str, Any] = {
+        "dependencies": [Depends(guard.authorized)],
+        "responses": problems.problem_schema(401, 403),
+    }
+    for endpoints in (jobs, comparisons, volumes, devices):
+        app.include_router(endpoints.router, **guarded)
+    app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
+    # Public: what tells nothing of anybody's work.
+    app.include_router(sessions.router)
+    app.include_router(gallery.router)
     app.mount("/web", gallery.static)
-    app.add_api_route("/healthz", healthz, methods=["GET"], responses=problems.problem_schema(503), tags=["health"])
-    app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"])
+    app.add_api_route("/healthz", healthz, methods=["GET"], tags=["health"])
+    app.add_api_route("/readyz", readyz, methods=["GET"], responses=problems.problem_schema(503), tags=["health"])
     app.add_middleware(CountRequests, metrics=metrics)
+    app.add_middleware(SameOrigin, names=_names(settings))
     return app
+
+
+def _names(settings: Settings) -> set[str]:
+    """By which the service may be asked; none for any."""
+    given = set(filter(None, settings.names.lower().split(",")))
+    return given | {*LOOPBACK, settings.host} if given or guard.is_loopback(settings.host) else set()
 
 
 def _remove_orphans(engine: Engine, storage: Storage) -> None:
@@ -89,8 +112,17 @@ def _remove_orphans(engine: Engine, storage: Storage) -> None:
         storage.remove_job(orphan)
 
 
-def healthz(services: Provided) -> dict[str, Any]:
-    """Whether the service can do its work."""
+def healthz() -> dict[str, str]:
+    """That the process answers: no reason to start it again, whatever else is amiss."""
+    return {"status": "ok", "version": __version__}
+
+
+def readyz(services: Provided) -> dict[str, Any]:
+    """Whether the service can do its work: the database, the data folder, a device."""
+    try:
+        services.storage.try_writing()
+    except OSError as error:
+        raise HTTPException(503, f"The data folder cannot be written: {error.strerror}.") from None
     try:
         with services.engine.connect() as connection:
             connection.execute(text("SELECT 1"))

@@ -11,7 +11,7 @@ from typing import Any
 
 import dask
 import structlog
-from distributed import Client, Future, Nanny, Scheduler, SpecCluster
+from distributed import Client, Future, Nanny, Scheduler, Security, SpecCluster
 from distributed.client import FutureCancelledError
 
 from woodcock_server import worker
@@ -53,7 +53,10 @@ async def embedded(device_ids: Sequence[str], scratch: Path) -> AsyncIterator[Cl
     """A client of a cluster inside this process, its workers in processes of their own; a nanny restarts a dead one."""
     # Each part also opens an HTTP server, wanted or not: on the loopback, on any port, with nothing to serve.
     http = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
-    local: dict[str, Any] = {"host": "127.0.0.1", "protocol": "tcp://", **http}
+    # Whoever can speak to a scheduler or a worker runs code in it. Only who has this start's certificate can, which
+    # is made here and is nowhere but in these processes' memory.
+    secure = Security.temporary()  # type: ignore[no-untyped-call]
+    local: dict[str, Any] = {"host": "127.0.0.1", "protocol": "tls://", "security": secure, **http}
     options = {
         **local,
         "nthreads": 1,
@@ -77,10 +80,11 @@ async def embedded(device_ids: Sequence[str], scratch: Path) -> AsyncIterator[Cl
                 scheduler={"cls": Scheduler, "options": local},
                 workers=workers,
                 asynchronous=True,
+                security=secure,
                 silence_logs=logging.WARNING,
             ) as cluster,
             Client(  # type: ignore[no-untyped-call]
-                cluster, asynchronous=True, direct_to_workers=True, set_as_default=False
+                cluster, asynchronous=True, direct_to_workers=True, security=secure, set_as_default=False
             ) as client,
         ):
             supervision = asyncio.create_task(_supervise(cluster))

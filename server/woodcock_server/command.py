@@ -15,6 +15,7 @@ from sqlalchemy import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock_server import logs
+from woodcock_server.access.guard import Exposed
 from woodcock_server.app import create_app
 from woodcock_server.config import Settings
 
@@ -44,12 +45,15 @@ def serve(
     data: Annotated[
         Path | None, typer.Option(help="Folder of everything the service keeps.", show_default="the user's data folder")
     ] = None,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="Ask nobody for a token, also where other machines reach the service.")
+    ] = False,
 ) -> None:
     """Run the service and its gallery until Ctrl-C.
 
     Everything else is set by environment variables: WOODCOCK_DATABASE_URL, WOODCOCK_UPLOAD_LIMIT and so on.
     """
-    given: dict[str, Any] = {"host": host, "port": port, "data": data}
+    given: dict[str, Any] = {"host": host, "port": port, "data": data, "insecure": insecure or None}
     try:
         settings = Settings(**{name: value for name, value in given.items() if value is not None})
     except ValidationError as error:
@@ -66,6 +70,9 @@ def serve(
     with listening:
         try:
             app = create_app(settings)
+        except Exposed as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(2) from None
         except OSError as error:
             typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
             raise typer.Exit(2) from None

@@ -21,6 +21,12 @@ class Settings(BaseSettings):
     )
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     port: Annotated[int, Field(ge=0, le=65535)] = Field(default=8000, description="Port to listen on; 0 takes any.")
+    names: Annotated[str, Field(pattern=r"^[^\s/@]*$")] = Field(
+        default="",
+        description="Host names by which the service may be asked, with commas; by default those of the loopback where "
+        "it listens there, else any.",
+    )
+    insecure: bool = Field(default=False, description="Ask nobody for a token, wherever the service listens.")
     upload_limit: ByteSize = Field(default=ByteSize(4 << 30), description="Largest upload accepted, e.g. `4GiB`.")
     database_url: str | None = Field(
         default=None, description="SQLAlchemy URL of the database; by default `woodcock.sqlite` in the data folder."

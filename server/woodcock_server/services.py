@@ -27,6 +27,7 @@ class Services:
     checks: Checks
     dispatcher: Dispatcher
     metrics: Metrics
+    insecure: bool  # nobody is asked for a token
 
 
 def _provide(request: Request) -> Services:

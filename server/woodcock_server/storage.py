@@ -60,6 +60,11 @@ class Storage:
         for path in self.scratch.glob("gone-*"):
             shutil.rmtree(path, ignore_errors=True)
 
+    def try_writing(self) -> None:
+        """Raises OSError where nothing can be written, for rights, room or a fault."""
+        with tempfile.TemporaryFile(dir=self.scratch) as file:
+            file.write(bytes(4096))
+
     # Volumes
 
     @contextmanager

@@ -100,6 +100,19 @@ answers = Table(
     Column("created_at", UtcDateTime, nullable=False),
 )
 
+#: Who may do what. None is ever deleted: from the first one on, every request needs one.
+tokens = Table(
+    "tokens",
+    metadata,
+    Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("name", String(200), nullable=False),
+    Column("digest", String(64), nullable=False, unique=True),  # SHA-256 of the token
+    Column("scope", String(8), nullable=False),  # access.tokens.Scope
+    Column("created_at", UtcDateTime, nullable=False),
+    Column("expires_at", UtcDateTime),
+    Column("revoked_at", UtcDateTime),
+)
+
 comparisons = Table(
     "comparisons",
     metadata,

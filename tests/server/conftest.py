@@ -19,6 +19,8 @@ from starlette.testclient import TestClient
 from woodcock_server import app as application
 from woodcock_server.config import Settings
 
+#: By which a service is asked that no one listens for.
+ADDRESS = "http://127.0.0.1:8000"
 PROGRAM = "import typer\nfrom woodcock_server.command import serve\nif __name__ == '__main__': typer.run(serve)\n"
 
 
@@ -57,7 +59,7 @@ def client(data: Path) -> Iterator[TestClient]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(application, "discover", list)
         app = application.create_app(Settings(data=data, upload_limit=100_000))
-        with TestClient(app, raise_server_exceptions=False) as client:
+        with TestClient(app, ADDRESS, raise_server_exceptions=False) as client:
             yield client
 
 

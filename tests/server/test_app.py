@@ -9,14 +9,26 @@ from .conftest import Service
 
 
 def test_a_service_without_devices_is_not_well(client: TestClient) -> None:
-    answer = client.get("/healthz")
+    answer = client.get("/readyz")
     assert (answer.status_code, answer.headers["content-type"]) == (503, "application/problem+json")
     assert answer.json()["detail"] == "No OpenCL device is ready; /api/v1/devices says why."
     assert client.get("/api/v1/devices").json() == {"items": []}
+    assert client.get("/healthz").json()["status"] == "ok"  # the process is
+
+
+def test_a_service_that_cannot_write_is_not_well(service: Service) -> None:
+    scratch = service.data / "scratch"
+    scratch.rename(service.data / "away")
+    try:
+        answer = service.http.get("/readyz")
+    finally:
+        (service.data / "away").rename(scratch)
+    assert answer.status_code == 503
+    assert answer.json()["detail"] == "The data folder cannot be written: No such file or directory."
 
 
 def test_devices_say_what_they_are(service: Service) -> None:
-    assert service.http.get("/healthz").json()["status"] == "ok"
+    assert service.http.get("/readyz").json()["status"] == "ok"
     devices = service.http.get("/api/v1/devices").json()["items"]
     assert {"cpu0", "cpu1"} <= {device["id"] for device in devices if device["kind"] == "cpu"}
     for device in devices:
@@ -46,10 +58,11 @@ def test_the_api_describes_itself(client: TestClient) -> None:
     assert set(paths) == {
         "/api/v1/comparisons", "/api/v1/comparisons/{id}", "/api/v1/comparisons/{id}/report.html",
         "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
-        "/api/v1/jobs/{id}/cancel", "/api/v1/jobs/{id}/retry", "/api/v1/jobs/{id}/image.exr",
+        "/api/v1/jobs/{id}/cancel", "/api/v1/jobs/{id}/retry",
+        "/api/v1/jobs/{id}/extend", "/api/v1/jobs/{id}/image.exr",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/jobs/{id}/report.html",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
-        "/healthz", "/metrics",
+        "/api/v1/session", "/healthz", "/readyz", "/metrics",
     }  # fmt: skip
     checks = paths["/api/v1/devices/{id}/stability"]
     assert {"202", "404", "409"} <= set(checks["post"]["responses"])

@@ -23,7 +23,7 @@ from woodcock_server.config import Settings
 from woodcock_server.devices.service import Found
 from woodcock_server.jobs import check as dry_run
 
-from .conftest import Service
+from .conftest import ADDRESS, Service
 from .test_rendering import succeeded
 
 Make = Callable[..., dict[str, Any]]
@@ -65,7 +65,7 @@ def test_a_device_that_cannot_be_used_says_why(
 ) -> None:
     found = [Found(replace(devices()[0], id="gpu0"), Probe((), "gpu0 is on fire"), "a" * 64)]
     monkeypatch.setattr(application, "discover", lambda: found)
-    with TestClient(application.create_app(Settings(data=tmp_path))) as client:
+    with TestClient(application.create_app(Settings(data=tmp_path)), ADDRESS) as client:
         (told,) = client.post("/api/v1/jobs/check", json={"scene": make_scene()}).json()["devices"]
     assert (told["id"], told["fits"], told["reason"]) == ("gpu0", False, "gpu0 is on fire")
     assert {told[key] for key in NOT_KNOWN} == {None}

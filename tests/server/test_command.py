@@ -79,7 +79,7 @@ def test_those_who_follow_a_job_do_not_hold_up_the_end(
     job_id = own_service.submit(make_scene(size=64, samples=1 << 30))
     with own_service.http.stream("GET", f"/api/v1/jobs/{job_id}/events") as stream:
         lines = stream.iter_lines()
-        assert next(lines) == "event: progress"
+        assert next(lines) == "event: state"
         assert own_service.process is not None
         own_service.process.terminate()
         assert "event: end" not in list(lines), "the stream closes; the job has not ended"

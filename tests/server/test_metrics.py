@@ -18,7 +18,7 @@ from woodcock_server import app as application
 from woodcock_server.config import Settings
 from woodcock_server.jobs import repository
 
-from .conftest import Service
+from .conftest import ADDRESS, Service
 
 Make = Callable[..., dict[str, Any]]
 Values = dict[tuple[str, ...], float]
@@ -40,7 +40,7 @@ def values(http: Any) -> Values:
 def client(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[TestClient]:
     """A service of its own for a test: its counters begin at 0."""
     monkeypatch.setattr(application, "discover", list)
-    with TestClient(application.create_app(Settings(data=tmp_path)), raise_server_exceptions=False) as client:
+    with TestClient(application.create_app(Settings(data=tmp_path)), ADDRESS, raise_server_exceptions=False) as client:
         yield client
 
 
@@ -109,10 +109,10 @@ def test_jobs_are_those_of_the_database(client: TestClient, make_scene: Make, mo
 
 
 def test_every_application_counts_for_itself(client: TestClient, tmp_path: Path) -> None:
-    client.get("/healthz")
-    with TestClient(application.create_app(Settings(data=tmp_path))) as other:
+    client.get("/readyz")
+    with TestClient(application.create_app(Settings(data=tmp_path)), ADDRESS) as other:
         assert not _of(values(other), "woodcock_http_requests_total")
-    assert values(client)["woodcock_http_requests_total", "/healthz", "503"] == 1
+    assert values(client)["woodcock_http_requests_total", "/readyz", "503"] == 1
 
 
 def test_the_readme_names_every_metric(client: TestClient) -> None:

@@ -26,7 +26,7 @@ from woodcock_server.devices import repository
 from woodcock_server.devices.schemas import StabilityRow
 from woodcock_server.devices.service import Found, fingerprints
 
-from .conftest import Service
+from .conftest import ADDRESS, Service
 from .test_rendering import succeeded
 
 Make = Callable[..., dict[str, Any]]
@@ -121,7 +121,7 @@ def test_a_device_that_cannot_be_used_is_neither_checked_nor_asked_for(
 ) -> None:
     found = [Found(replace(device, id=id), Probe((), f"{id} is on fire"), id * 16) for id in ("gpu0", "gpu1")]
     monkeypatch.setattr(application, "discover", lambda: found)
-    with TestClient(application.create_app(Settings(data=tmp_path))) as client:
+    with TestClient(application.create_app(Settings(data=tmp_path)), ADDRESS) as client:
         (shown, _) = client.get("/api/v1/devices").json()["items"]
         assert (shown["state"], shown["fault"], shown["stability"]) == ("failed", "gpu0 is on fire", "not checked")
         answer = client.post("/api/v1/devices/gpu0/stability")
@@ -230,13 +230,13 @@ def test_a_device_that_failed_renders_only_what_asks_for_it(checked: Service, ma
     failed = shown(checked, "cpu0")
     assert (failed["state"], failed["stability"], failed["fault"]) == ("distrusted", "failed", None)
     assert failed["failures"] == ["albedo, 1: off", "albedo, 1: off 0", "albedo, 1: off 1"]
-    assert (shown(checked, "cpu1")["state"], checked.http.get("/healthz").json()["devices"]) == ("ready", 1)
+    assert (shown(checked, "cpu1")["state"], checked.http.get("/readyz").json()["devices"]) == ("ready", 1)
     assert checked.wait(checked.submit(make_scene(samples=4)), succeeded)["devices"] == ["cpu1"]
 
     ask(checked, "cpu1")
     answer(checked, "cpu1", BROKEN)
     ended(checked, "cpu1")
-    health = checked.http.get("/healthz")
+    health = checked.http.get("/readyz")
     assert health.status_code == 503
     assert health.json()["detail"].startswith("Every device that is ready failed its stability check, and renders only")
     waits = checked.submit(make_scene(samples=5))
@@ -261,7 +261,7 @@ def test_a_device_that_failed_renders_only_what_asks_for_it(checked: Service, ma
     answer(checked, "cpu1", [row()])
     assert ended(checked, "cpu1")["state"] == "passed"
     assert checked.wait(waits, succeeded)["devices"] == ["cpu1"]
-    assert checked.http.get("/healthz").status_code == 200
+    assert checked.http.get("/readyz").status_code == 200
 
 
 def test_a_check_whose_process_dies_has_failed(checked: Service, make_scene: Make) -> None:

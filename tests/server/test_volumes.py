@@ -105,7 +105,9 @@ def test_a_scene_may_use_an_uploaded_volume_and_its_grids(
 def test_an_upload_that_breaks_off_leaves_nothing(service: Service) -> None:
     address = (service.http.base_url.host, service.http.base_url.port or 0)
     with socket.create_connection(address) as connection:
-        connection.sendall(b"POST /api/v1/volumes?name=a.npy HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\nhalf")
+        connection.sendall(
+            b"POST /api/v1/volumes?name=a.npy HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\nhalf"
+        )
         scratch = service.data / "scratch"
         _until(lambda: any(scratch.glob("upload-*")))
     _until(lambda: not any(scratch.glob("upload-*")))

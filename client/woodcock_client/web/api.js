@@ -10,20 +10,30 @@ export class Problem extends Error {
   }
 }
 
-async function get(path, signal) {
+// Said to the window when the service asks who is there: the gallery shows where to sign in.
+export const SIGNED_OUT = "woodcock-signed-out";
+
+async function ask(path, options) {
   let response;
   try {
-    response = await fetch(path, { signal, headers: { Accept: "application/json" }, cache: "no-store" });
+    response = await fetch(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
   } catch (error) {
     if (error.name === "AbortError") throw error;
     throw new Problem(0, "The service does not answer.");
   }
   const body = await response.json().catch(() => null);
   if (!response.ok || body === null) {
-    throw new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
+    const problem = new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
+    if (response.status === 401) dispatchEvent(new CustomEvent(SIGNED_OUT, { detail: problem }));
+    throw problem;
   }
   return body;
 }
+
+const get = (path, signal) => ask(path, { signal });
+
+export const signIn = (token) =>
+  ask(`${ROOT}/session`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ token }) });
 
 export const listJobs = ({ limit, cursor }, signal) => {
   const query = new URLSearchParams({ limit });

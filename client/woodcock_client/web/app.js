@@ -2,8 +2,10 @@
 
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
+import { SIGNED_OUT } from "./api.js";
 import { html } from "./html.js";
 import { Render } from "./render.js";
+import { SignIn } from "./signin.js";
 import { Notice } from "./states.js";
 import { Wall } from "./wall.js";
 
@@ -40,8 +42,20 @@ function useRouter() {
   return route(path);
 }
 
+// Whether the service has asked who is there, and a function for when it has been told.
+function useSignedOut() {
+  const [signedOut, setSignedOut] = useState(false);
+  useEffect(() => {
+    const onSignedOut = () => setSignedOut(true);
+    addEventListener(SIGNED_OUT, onSignedOut);
+    return () => removeEventListener(SIGNED_OUT, onSignedOut);
+  }, []);
+  return [signedOut, () => setSignedOut(false)];
+}
+
 function App() {
   const { id, unknown } = useRouter();
+  const [signedOut, onSignedIn] = useSignedOut();
   return html`
     <a class="skip" href="#main">Skip to content</a>
     <header class="bar">
@@ -49,7 +63,7 @@ function App() {
       <nav aria-label="Service"><a href="/docs">API</a></nav>
     </header>
     <main id="main" tabindex="-1">
-      ${unknown
+      ${signedOut ? html`<${SignIn} onDone=${onSignedIn} />` : unknown
         ? html`<${Notice} title="There is no such page" action=${html`<a class="button" href="/" data-route>All renders</a>`} />`
         : id
           ? html`<${Render} key=${id} id=${id} />`

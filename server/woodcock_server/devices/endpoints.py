@@ -8,6 +8,7 @@ from fastapi import APIRouter, Depends, HTTPException, Response
 from sqlalchemy import RowMapping
 
 from woodcock import __version__
+from woodcock_server.access.guard import administrator
 from woodcock_server.devices import repository
 from woodcock_server.devices.schemas import PREFIX, Device, DeviceLinks, DeviceList, Stability
 from woodcock_server.devices.service import Found
@@ -39,7 +40,12 @@ def list_devices(services: Provided) -> DeviceList:
     return DeviceList(items=[_shown(one, outcomes.get(one.fingerprint), services) for one in services.devices])
 
 
-@router.post("/{id}/stability", status_code=202, responses=problem_schema(404, 409))
+@router.post(
+    "/{id}/stability",
+    status_code=202,
+    dependencies=[Depends(administrator)],
+    responses=problem_schema(404, 409),
+)
 async def check_stability(device: Existing, response: Response, services: Provided) -> Stability:
     """Render stiff and extreme scenes on the device and hold them against exact answers. The check begins once no job
     renders on the device, which gets no other until it has ended; it takes minutes. One that is under way is not begun

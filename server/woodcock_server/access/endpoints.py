@@ -1,0 +1,58 @@
+"""/api/v1/session: browsers give their token once, and get a cookie for it."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Request, Response
+from pydantic import BaseModel, Field
+
+from woodcock_server.access import guard
+from woodcock_server.access.guard import COOKIE, Bearer, Cookie
+from woodcock_server.access.tokens import Scope
+from woodcock_server.problems import problem_schema
+from woodcock_server.services import Provided
+
+router = APIRouter(prefix="/api/v1/session", tags=["session"])
+
+#: How long a browser keeps a token that does not expire, seconds.
+KEPT = 30 * 24 * 3600
+
+
+class SignIn(BaseModel):
+    token: Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class Session(BaseModel):
+    """name: the token's; None where nobody needs one."""
+
+    name: str | None
+    scope: Scope
+
+
+@router.get("", responses=problem_schema(401))
+def get_session(services: Provided, bearer: Bearer, cookie: Cookie) -> Session:
+    """As whom the service knows who asks."""
+    found = guard.holder(services, bearer.credentials if bearer else cookie)
+    return Session(name=found["name"], scope=found["scope"]) if found else Session(name=None, scope=Scope.ADMIN)
+
+
+@router.post("", responses=problem_schema(401))
+def sign_in(given: SignIn, request: Request, response: Response, services: Provided) -> Session:
+    """Keep a token in a cookie that scripts cannot read and other sites do not send."""
+    found = guard.holder(services, given.token)
+    if found is None:  # Nobody needs one, so none is kept.
+        return Session(name=None, scope=Scope.ADMIN)
+    until = found["expires_at"]
+    kept = min(KEPT, int((until - datetime.now(UTC)).total_seconds())) if until else KEPT
+    response.set_cookie(
+        COOKIE, given.token, max_age=kept, httponly=True, samesite="strict", secure=request.url.scheme == "https"
+    )
+    return Session(name=found["name"], scope=found["scope"])
+
+
+@router.delete("", status_code=204)
+def sign_out(response: Response) -> None:
+    """Forget the cookie."""
+    response.delete_cookie(COOKIE, httponly=True, samesite="strict")

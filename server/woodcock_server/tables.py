@@ -90,6 +90,18 @@ job_tags = Table(
     Index(None, "tag", "job_id"),
 )
 
+#: The states that a job came to, each written with the state itself; ids say the order.
+job_events = Table(
+    "job_events",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), nullable=False),
+    Column("state", String(16), nullable=False),
+    Column("at", UtcDateTime, nullable=False),
+    Index(None, "job_id", "id"),
+    sqlite_autoincrement=True,  # an id is not given again when jobs are deleted
+)
+
 #: First answers to requests that came with an Idempotency-Key.
 answers = Table(
     "answers",

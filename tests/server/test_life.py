@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -49,6 +50,39 @@ def test_every_state_is_reached_and_every_life_ends() -> None:
 def test_an_end_never_turns_back() -> None:
     for state in State:
         assert not [before for before in state.before if before.final]
+
+
+# What happened
+
+
+def stream(client: TestClient, job: str, **headers: str) -> list[tuple[str, int | None, str]]:
+    """Of every event its kind, its id and the state that it tells."""
+    text = client.get(f"/api/v1/jobs/{job}/events", headers=headers).text
+    found = []
+    for block in text.replace("\r\n", "\n").split("\n\n"):
+        fields = dict(line.split(": ", 1) for line in block.splitlines() if not line.startswith(":"))
+        if "event" in fields:
+            id = int(fields["id"]) if "id" in fields else None
+            found.append((fields["event"], id, json.loads(fields["data"])["state"]))
+    return found
+
+
+def test_who_lost_the_stream_misses_no_state(client: TestClient, submit: Callable[..., str]) -> None:
+    job, other = submit(), submit()
+    for each in (job, other):
+        assert client.post(f"/api/v1/jobs/{each}/cancel").status_code == 202
+    seen = stream(client, job)
+    assert [(event, state) for event, _, state in seen] == [
+        ("state", "queued"), ("state", "cancelled"), ("end", "cancelled"),
+    ]  # fmt: skip
+    (_, first, _), (_, second, _), (_, of_end, _) = seen
+    assert first is not None
+    assert second is not None
+    assert of_end is None, "only what is kept has an id"
+    assert first < second
+    assert stream(client, job, **{"Last-Event-ID": str(first)}) == seen[1:]
+    assert stream(client, job, **{"Last-Event-ID": str(second)}) == seen[2:]
+    assert stream(client, job, **{"Last-Event-ID": "nonsense"}) == seen
 
 
 # Changes

@@ -101,6 +101,8 @@ def test_a_job_from_its_submission_to_its_picture(service: Service, tmp_path: Pa
                 event = line.removeprefix("event: ")
             elif line.startswith("data: "):
                 seen.append((event, json.loads(line.removeprefix("data: "))))
+    assert [data["state"] for event, data in seen if event == "state"] == ["queued", "running", "succeeded"]
+    seen = [(event, data) for event, data in seen if event != "state"]
     assert [event for event, _ in seen] == ["progress"] * (len(seen) - 1) + ["end"]
     counts = [data["samples"] for _, data in seen]
     assert counts == sorted(counts)
@@ -133,6 +135,7 @@ def test_a_job_from_its_submission_to_its_picture(service: Service, tmp_path: Pa
     preview = service.http.get(job["links"]["preview"]).raise_for_status()
     assert (preview.content[:8], preview.headers["content-type"]) == (b"\x89PNG\r\n\x1a\n", "image/png")
     assert {path.name for path in (service.data / "jobs" / job_id).iterdir()} == {
+        "film-1.npz",
         "image.exr",
         "preview.png",
         "report.json",
@@ -144,7 +147,7 @@ def test_an_event_stream_of_a_finished_job_ends_at_once(service: Service, make_s
     job_id = service.submit(make_scene(samples=1))
     service.wait(job_id, succeeded)
     text = service.http.get(f"/api/v1/jobs/{job_id}/events").text
-    assert re.findall(r"^event: (\w+)", text, re.MULTILINE) == ["end"]
+    assert re.findall(r"^event: (\w+)", text, re.MULTILINE) == ["state", "state", "state", "end"]
 
 
 def test_seconds_are_kept(service: Service, make_scene: Make) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 from anyio import to_thread
-from fastapi import APIRouter, Depends, HTTPException, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, HTTPException, Query, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import AwareDatetime
@@ -123,10 +123,21 @@ async def retry_job(row: Existing, response: Response, services: Provided) -> Jo
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))
-async def follow_job(row: Existing, services: Provided) -> AsyncIterator[ServerSentEvent]:
-    """The job as it is now and at each change (`progress`), and at its end (`end`), as server-sent events."""
-    async for now in service.follow(services.engine, services.changes, services.dispatcher, row["id"]):
-        yield ServerSentEvent(event="end" if now.state.final else "progress", data=now)
+async def follow_job(
+    row: Existing,
+    services: Provided,
+    last: Annotated[
+        str | None, Header(alias="Last-Event-ID", description="Of the last event that came: those after it come again.")
+    ] = None,
+) -> AsyncIterator[ServerSentEvent]:
+    """The job, as server-sent events: every state that it came to (`state`, with an id), and after these as it is now and at
+    each change (`progress`), and at its end (`end`)."""
+    after = int(last) if last is not None and last.isdecimal() and len(last) < 16 else 0
+    async for now in service.follow(services.engine, services.changes, services.dispatcher, row["id"], after):
+        if isinstance(now, tuple):
+            yield ServerSentEvent(event="state", id=str(now[0]), data=now[1])
+        else:
+            yield ServerSentEvent(event="end" if now.state.final else "progress", data=now)
 
 
 # Results

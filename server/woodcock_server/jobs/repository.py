@@ -6,15 +6,15 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any, TypeAlias
 
-from sqlalchemy import ColumnElement, Connection, and_, delete, exists, func, insert, literal, or_, select, update
+from sqlalchemy import ColumnElement, Connection, RowMapping, and_, delete, exists, func, insert, literal, or_, select, update
 
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.states import State
 from woodcock_server.paging import fetch_page
-from woodcock_server.tables import UtcDateTime, comparisons, job_tags, jobs
+from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_tags, jobs
 
 #: A job: its columns and its tags.
 Row: TypeAlias = Mapping[str, Any]
@@ -29,6 +29,7 @@ def add(connection: Connection, asked: Row, now: datetime) -> str:
     tags = columns.pop("tags", ())
     nothing = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent": {}, "token": 0}
     connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, **columns, **nothing))
+    _record(connection, job_id, State.QUEUED)
     _tag(connection, job_id, tags)
     return job_id
 
@@ -83,7 +84,7 @@ def cancel(connection: Connection, job_id: str, now: datetime) -> bool:
     """A job that waits is cancelled, one that is rendered is to be; False for one that has ended."""
     ended = {"finished_at": now}
     return any(
-        _move(connection, state, jobs.c.id == job_id, **values)
+        _move(connection, job_id, state, **values)
         for state, values in ((State.CANCELLED, ended), (State.CANCELLING, {}))
     )
 
@@ -112,6 +113,12 @@ def counts(connection: Connection) -> dict[State, int]:
     return dict.fromkeys(State, 0) | {State(state): count for state, count in connection.execute(query)}
 
 
+def events(connection: Connection, job_id: str, after: int) -> Sequence[RowMapping]:
+    """States that the job came to after an event of that id, in order: id, state, at."""
+    query = select(job_events).where(job_events.c.job_id == job_id, job_events.c.id > after)
+    return connection.execute(query.order_by(job_events.c.id)).mappings().all()
+
+
 # For dispatchers
 
 
@@ -129,7 +136,7 @@ def claim(connection: Connection, job_id: str, owner: str, now: datetime, lease:
     """Take the job under a new token; None if another was faster."""
     started = func.coalesce(jobs.c.started_at, literal(now, UtcDateTime))
     values = {"token": jobs.c.token + 1, "owner": owner, "lease_until": now + lease, "started_at": started}
-    taken = _move(connection, State.RUNNING, jobs.c.id == job_id, _claimable(now), **values)
+    taken = _move(connection, job_id, State.RUNNING, _claimable(now), **values)
     return get(connection, job_id) if taken else None
 
 
@@ -138,13 +145,16 @@ def write_held(connection: Connection, job_id: str, token: int, values: dict[str
     cancelled. values: the state may be among them."""
     held = and_(jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.RUNNING)
     assert State.RUNNING in State(values.get("state", State.RUNNING)).before
-    return connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
+    written = connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
+    if written and "state" in values:
+        _record(connection, job_id, values["state"])
+    return written
 
 
 def let_go(connection: Connection, job_id: str, token: int, now: datetime) -> bool:
     """The holder of the token stops rendering a job that is to be cancelled; False if it is not."""
-    held = jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.CANCELLING
-    return _move(connection, State.CANCELLED, *held, finished_at=now, **NOBODY)
+    held = jobs.c.token == token, jobs.c.state == State.CANCELLING
+    return _move(connection, job_id, State.CANCELLED, *held, finished_at=now, **NOBODY)
 
 
 def abandoned(connection: Connection, now: datetime) -> list[tuple[str, int]]:
@@ -157,10 +167,18 @@ def abandoned(connection: Connection, now: datetime) -> list[tuple[str, int]]:
 NOBODY: dict[str, Any] = {"owner": None, "lease_until": None}
 
 
-def _move(connection: Connection, state: State, *where: ColumnElement[bool], **values: Any) -> bool:
+def _move(connection: Connection, job_id: str, state: State, *where: ColumnElement[bool], **values: Any) -> bool:
     """To another state, from one that it may follow."""
-    before = jobs.c.state.in_(state.before)
-    return connection.execute(update(jobs).where(before, *where).values(state=state, **values)).rowcount == 1
+    found = jobs.c.id == job_id, jobs.c.state.in_(state.before), *where
+    moved = connection.execute(update(jobs).where(*found).values(state=state, **values)).rowcount == 1
+    if moved:
+        _record(connection, job_id, state)
+    return moved
+
+
+def _record(connection: Connection, job_id: str, state: State) -> None:
+    """The job has come to a state, in the same transaction."""
+    connection.execute(insert(job_events).values(job_id=job_id, state=state, at=datetime.now(UTC)))
 
 
 def _claimable(now: datetime) -> ColumnElement[bool]:

@@ -109,6 +109,13 @@ class JobSummary(BaseModel):
     links: Links
 
 
+class JobEvent(BaseModel):
+    """A state that a job came to."""
+
+    state: State
+    at: datetime
+
+
 class Job(JobSummary):
     scene: Scene
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Sequence
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 from anyio import to_thread
 from fastapi import HTTPException
@@ -16,7 +17,7 @@ from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import idempotency, reference, repository
-from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobSummary, job, summary
+from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobEvent, JobSummary, job, summary
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
 from woodcock_server.services import Services
@@ -160,21 +161,36 @@ def waiting(connection: Connection, dispatcher: Dispatcher, rows: Sequence[repos
     return [reasons[row["device"]] if row["state"] == State.QUEUED else None for row in rows]
 
 
-def look(engine: Engine, dispatcher: Dispatcher, job_id: str) -> JobSummary | None:
-    """A job as it is now; None if it is no more."""
+class Look(NamedTuple):
+    """job: as it is now, None if it is no more; events: what came to be since an event, by id."""
+
+    job: JobSummary | None
+    events: dict[int, JobEvent]
+
+
+def look(engine: Engine, dispatcher: Dispatcher, job_id: str, after: int) -> Look:
     with engine.connect() as connection:
         row = repository.get(connection, job_id)
-        return None if row is None else summary(row, *waiting(connection, dispatcher, [row]))
+        if row is None:
+            return Look(None, {})
+        found = repository.events(connection, job_id, after)
+        events = {event["id"]: JobEvent(state=event["state"], at=event["at"]) for event in found}
+        return Look(summary(row, *waiting(connection, dispatcher, [row])), events)
 
 
-async def follow(engine: Engine, changes: Changes, dispatcher: Dispatcher, job_id: str) -> AsyncIterator[JobSummary]:
-    """The job as it is now and after each change, up to its end or the server's; changes that come fast are joined."""
+async def follow(
+    engine: Engine, changes: Changes, dispatcher: Dispatcher, job_id: str, after: int = 0
+) -> AsyncIterator[tuple[int, JobEvent] | JobSummary]:
+    """The states that the job came to after an event of that id, each with its own; then the job as it is now. Again
+    after each change, up to its end or the server's; changes that come fast are joined, states are not."""
     last: JobSummary | None = None
     with changes.subscribe(job_id) as changed:
         while not changes.closed:
-            now = await to_thread.run_sync(look, engine, dispatcher, job_id)
+            now, events = await to_thread.run_sync(look, engine, dispatcher, job_id, after)
             if now is None:
                 return
+            for after, event in events.items():
+                yield after, event
             if now != last:
                 yield now
                 last = now

@@ -27,6 +27,7 @@ EXTRAS = {
     "compare": "render,pocl",
     "serve": "server,pocl",
     "token": "server",
+    "backup": "server",
 }
 
 FAILED, BAD_INPUT, UNREACHABLE, INTERRUPTED = 1, 2, 3, 130
@@ -200,7 +201,9 @@ def submit(
     ] = "http://127.0.0.1:8000",
     token: Annotated[
         str | None,
-        typer.Option(envvar="WOODCOCK_TOKEN", show_default=False, help="Where the service asks for one; better in the variable."),
+        typer.Option(
+            envvar="WOODCOCK_TOKEN", show_default=False, help="Where the service asks for one; better in the variable."
+        ),
     ] = None,
 ) -> None:
     # Refuse what cannot end well before hours are spent on it

@@ -14,9 +14,11 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
+from typer.testing import CliRunner
 
 from woodcock.scene import Scene
-from woodcock_client import Client
+from woodcock_client import Client, ServiceError
+from woodcock_client.cli import build
 
 from .service import WEB, Service
 
@@ -113,6 +115,38 @@ def test_a_render_from_submission_to_download(page: Page, address: str, scene_js
     page.get_by_role("link", name="Renders").click()
     expect(page.locator(".card .stage img")).to_be_visible()
     expect(page.locator(".card .progress")).to_have_count(0)
+
+
+def test_who_has_a_token_signs_in(
+    page: Page, said: list[str], address: str, tmp_path: Path, scene_json: dict[str, Any]
+) -> None:
+    with Client(address) as client:
+        job = client.submit(Scene.model_validate(scene_json), name="a secret")
+        for _ in client.follow(job.id):
+            pass
+    made = CliRunner().invoke(build(["token"]), ["token", "create", "me", "--data", str(tmp_path / "data")])
+    page.goto(f"{address}/renders/{job.id}")
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
+    expect(page.locator("body")).not_to_contain_text("a secret")
+    page.get_by_label("Token").fill("woodcock_wrong")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("alert")).to_have_text("The token is unknown or revoked, or has expired.")
+    page.get_by_label("Token").fill(made.stdout.strip())
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("heading", name="a secret")).to_be_visible()
+    expect(page.locator(".stage img")).to_be_visible()
+    assert picture_range(page) > 10
+    assert page.evaluate("document.cookie") == "", "no script can read the token"
+    page.reload()
+    expect(page.get_by_role("heading", name="a secret")).to_be_visible()
+    refused = [text for text in said if "401" in text]
+    assert refused
+    for text in refused:
+        said.remove(text)
+    with Client(address) as client, pytest.raises(ServiceError, match="asks for a token"):
+        client.job(job.id)
+    with Client(address, token=made.stdout.strip()) as client:
+        assert client.job(job.id).name == "a secret"
 
 
 # The wall

@@ -39,7 +39,8 @@ class JobSummary(Answer):
     `relative_rmse` the same over the picture's mean luminance; both are null until they can be estimated. Where
     `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
     `device` is the one that was asked for, or "any"; `devices` have rendered it. `reference` is what its picture is
-    held against, if anything. `retry_of` is the job that this one does once more. `waiting` says why a queued job
+    held against, if anything. `retry_of` is the job that this one does once more, `extends` the one whose
+    samples it goes on from. `waiting` says why a queued job
     would not be rendered even if no other were before it.
     """
 
@@ -64,6 +65,7 @@ class JobSummary(Answer):
     devices: tuple[str, ...] = ()
     reference: str | None = None
     retry_of: str | None = None
+    extends: str | None = None
     integrator: str | None = None
     error: str | None = None
     links: Links

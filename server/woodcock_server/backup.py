@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
-from contextlib import closing
+from collections.abc import Collection
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -26,7 +27,7 @@ def backup(
         typer.Option(help="The service's data folder.", show_default="WOODCOCK_DATA, else the user's data folder"),
     ] = None,
 ) -> None:
-    """Copy everything that a service keeps; it may go on meanwhile. To restore, serve the copy: `woodcock serve --data`.
+    """Copy everything that a service keeps; it may go on meanwhile. To restore it, serve the copy.
 
     Renders that had not ended begin anew there.
     """
@@ -45,7 +46,9 @@ def copy(settings: Settings, target: Path) -> None:
     """The whole appears under its name or not at all. Raises BackupError, OSError."""
     database = make_url(settings.database)
     if database.get_backend_name() != "sqlite" or not database.database:
-        raise BackupError("The database is no file: back it up by its own means (pg_dump), and the data folder after it.")
+        raise BackupError(
+            "The database is no file: back it up by its own means (pg_dump), and the data folder after it."
+        )
     if not Path(database.database).is_file():
         raise BackupError(f"There is no service's data in {settings.data}.")
     if target.exists():
@@ -54,33 +57,35 @@ def copy(settings: Settings, target: Path) -> None:
     shutil.rmtree(part, ignore_errors=True)
     kept = Storage(part)
     try:
-        # The rows first: whatever they name is complete by then, and files are never changed, only deleted after their row.
-        _copy_database(Path(database.database), part / "woodcock.sqlite")
+        # The rows first: what they name is complete by then, and files are never changed, only deleted after their row.
+        ended = _copy_database(Path(database.database), part / "woodcock.sqlite")
         _copy_files(settings.data / "volumes", kept.volumes)
-        _copy_files(settings.data / "jobs", kept.jobs)
+        for folder in sorted((settings.data / "jobs").iterdir()):
+            # Films of jobs that had not ended are newer than their rows.
+            _copy_files(folder, kept.jobs / folder.name, () if folder.name in ended else ("film-*",))
         part.rename(target)
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
         raise
 
 
-def _copy_database(source: Path, target: Path) -> None:
-    """As of one moment, whoever writes meanwhile."""
+def _copy_database(source: Path, target: Path) -> set[str]:
+    """As of one moment, whoever writes meanwhile; returns the jobs that had ended."""
     try:
-        with closing(sqlite3.connect(f"file:{source}?mode=ro", uri=True)) as old, closing(sqlite3.connect(target)) as new:
+        with (
+            closing(sqlite3.connect(f"file:{source}?mode=ro", uri=True)) as old,
+            closing(sqlite3.connect(target)) as new,
+        ):
             old.backup(new)
+            return {id for (id,) in new.execute("SELECT id FROM jobs WHERE finished_at IS NOT NULL")}
     except sqlite3.Error as error:
         raise BackupError(f"The database {source} cannot be copied: {error}.") from None
 
 
-def _copy_files(source: Path, target: Path) -> None:
-    """Without checkpoints, which are newer than the rows, and what disappears meanwhile."""
-    for path in sorted(source.rglob("*")):
-        to = target / path.relative_to(source)
-        if path.is_dir():
-            to.mkdir(parents=True, exist_ok=True)
-        elif not path.match("film-*.npz") and not path.name.startswith("."):
-            try:
-                shutil.copy2(path, to)
-            except FileNotFoundError:
-                continue
+def _copy_files(source: Path, target: Path, without: Collection[str] = ()) -> None:
+    """But not what is being written, nor what disappears meanwhile. without: patterns of names."""
+    target.mkdir(exist_ok=True)
+    for path in sorted(source.iterdir()):
+        if not any(path.match(pattern) for pattern in (".*", *without)):
+            with suppress(FileNotFoundError):
+                shutil.copy2(path, target)

@@ -64,7 +64,9 @@ class Claim:
         await self.write(
             {"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **repository.NOBODY}
         )
-        await in_thread(self._storage.drop_checkpoints, self.id, self.token + 1)
+        # The last Film of a picture stays, to be gone on from.
+        before = self.token if state is State.SUCCEEDED else self.token + 1
+        await in_thread(self._storage.drop_checkpoints, self.id, before)
 
     async def put_back(self, values: dict[str, Any]) -> None:
         """Leave the job to the next dispatcher. Raises LeaseLost."""

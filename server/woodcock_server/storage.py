@@ -137,6 +137,17 @@ class Storage:
             if _token_of(path) < before:
                 path.unlink(missing_ok=True)
 
+    def hand_on(self, old: str, new: str) -> bool:
+        """Let a job that has not begun find the Film of another one, and its preview; False if that has none."""
+        film = self.newest_checkpoint(old)
+        if film is None:
+            return False
+        self.open_job(new)
+        # Neither is ever written to, only replaced.
+        self.checkpoint(new, 0).hardlink_to(film)
+        self.job_file(new, "preview.png").hardlink_to(self.job_file(old, "preview.png"))
+        return True
+
     def _checkpoints(self, job_id: str) -> list[Path]:
         with suppress(FileNotFoundError):
             return [path for path in (self.jobs / job_id).iterdir() if _CHECKPOINT.fullmatch(path.name)]

@@ -57,6 +57,7 @@ jobs = Table(
     Column("reference", String(71)),  # what its picture is held against: a job's id, or that of an uploaded picture
     Column("comparison", String(36)),  # whose variant it renders
     Column("retry_of", String(36)),  # the job that it does once more
+    Column("extends", String(36)),  # the job whose samples it goes on from
     Column("priority", Integer, nullable=False, server_default="0"),  # the higher ones are rendered first
     Column("state", String(16), nullable=False),  # jobs.states.State
     Column("created_at", UtcDateTime, nullable=False),

@@ -26,7 +26,9 @@ def test_another_service_goes_on_from_a_backup(own_service: Service, tmp_path: P
     own_service.start()
     done = own_service.submit(make_scene(), name="done")
     own_service.wait(done, ended)
-    upload = own_service.http.post("/api/v1/volumes", params={"name": "x.ply"}, content=TRIANGLE).raise_for_status().json()
+    upload = (
+        own_service.http.post("/api/v1/volumes", params={"name": "x.ply"}, content=TRIANGLE).raise_for_status().json()
+    )
     scene = make_scene(size=64, samples=600)
     running = own_service.submit(scene, name="running")
     own_service.wait(running, lambda job: job["samples"] > 0)
@@ -35,7 +37,7 @@ def test_another_service_goes_on_from_a_backup(own_service: Service, tmp_path: P
     assert made.exit_code == 0, made.output
     own_service.wait(running, ended)
     pictures = [own_service.http.get(f"/api/v1/jobs/{job}/image.exr").content for job in (done, running)]
-    assert not list(target.rglob("film-*"))
+    assert [path.parent.name for path in target.rglob("film-*")] == [done]
     assert {path.name for path in target.iterdir()} == {"woodcock.sqlite", "volumes", "jobs", "scratch"}
 
     other = Service(target, WOODCOCK_LEASE_SECONDS="1")

@@ -19,7 +19,7 @@ from woodcock_server.etags import UNCHANGED, unchanged
 from woodcock_server.jobs import repository, service
 from woodcock_server.jobs.check import JobCheck, check
 from woodcock_server.jobs.idempotency import Key
-from woodcock_server.jobs.schemas import PREFIX, Job, JobChange, JobCreate, JobPage, Tag, summary
+from woodcock_server.jobs.schemas import PREFIX, Job, JobChange, JobCreate, JobExtension, JobPage, Tag, summary
 from woodcock_server.jobs.states import State
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
@@ -122,6 +122,12 @@ async def retry_job(row: Existing, response: Response, services: Provided) -> Jo
     return _queued(await to_thread.run_sync(service.retry, services, row), response, services)
 
 
+@router.post("/{id}/extend", status_code=201, responses=problem_schema(404, 409))
+async def extend_job(row: Existing, asked: JobExtension, response: Response, services: Provided) -> Job:
+    """Queue a new job that goes on from the samples of one that has succeeded, to a stricter contract."""
+    return _queued(await to_thread.run_sync(service.extend, services, row, asked.stop), response, services)
+
+
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))
 async def follow_job(
     row: Existing,
@@ -130,8 +136,8 @@ async def follow_job(
         str | None, Header(alias="Last-Event-ID", description="Of the last event that came: those after it come again.")
     ] = None,
 ) -> AsyncIterator[ServerSentEvent]:
-    """The job, as server-sent events: every state that it came to (`state`, with an id), and after these as it is now and at
-    each change (`progress`), and at its end (`end`)."""
+    """The job, as server-sent events: every state that it came to (`state`, with an id), and after these as it is now,
+    at each change (`progress`) and at its end (`end`)."""
     after = int(last) if last is not None and last.isdecimal() and len(last) < 16 else 0
     async for now in service.follow(services.engine, services.changes, services.dispatcher, row["id"], after):
         if isinstance(now, tuple):

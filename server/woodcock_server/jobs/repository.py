@@ -9,7 +9,20 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeAlias
 
-from sqlalchemy import ColumnElement, Connection, RowMapping, and_, delete, exists, func, insert, literal, or_, select, update
+from sqlalchemy import (
+    ColumnElement,
+    Connection,
+    RowMapping,
+    and_,
+    delete,
+    exists,
+    func,
+    insert,
+    literal,
+    or_,
+    select,
+    update,
+)
 
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.states import State
@@ -20,15 +33,17 @@ from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_tag
 Row: TypeAlias = Mapping[str, Any]
 
 #: What a job that is asked for is asked for with, where nothing is said.
-PLAIN: Row = {"priority": 0, "reference": None, "comparison": None, "retry_of": None}
+PLAIN: Row = {"priority": 0, "reference": None, "comparison": None, "retry_of": None, "extends": None}
+#: How far a new job is.
+NOTHING: Row = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent": {}}
 
 
-def add(connection: Connection, asked: Row, now: datetime) -> str:
-    """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags and what PLAIN has."""
-    job_id, columns = new_id(), {**PLAIN, **asked}
+def add(connection: Connection, asked: Row, now: datetime, job_id: str | None = None) -> str:
+    """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags and what PLAIN and NOTHING
+    have."""
+    job_id, columns = job_id or new_id(), {**PLAIN, **NOTHING, **asked}
     tags = columns.pop("tags", ())
-    nothing = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent": {}, "token": 0}
-    connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, **columns, **nothing))
+    connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, token=0, **columns))
     _record(connection, job_id, State.QUEUED)
     _tag(connection, job_id, tags)
     return job_id

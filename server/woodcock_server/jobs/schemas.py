@@ -62,6 +62,14 @@ class JobChange(BaseModel):
         return self.model_dump(mode="json", exclude_unset=True)
 
 
+class JobExtension(BaseModel):
+    """stop: of the kind that the job had, and stricter."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    stop: Stop
+
+
 class Links(BaseModel):
     """Where the job's parts are; null until they exist."""
 
@@ -80,7 +88,8 @@ class JobSummary(BaseModel):
     integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
     (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
     devices: that have rendered it. reference: that it is held against. waiting: while it is queued, why it would not be
-    rendered even if no job were before it. retry_of: the job that this one does once more.
+    rendered even if no job were before it. retry_of: the job that this one does once more; extends: the one whose
+    samples it goes on from.
     """
 
     id: str
@@ -104,6 +113,7 @@ class JobSummary(BaseModel):
     devices: list[str]
     reference: str | None
     retry_of: str | None
+    extends: str | None
     integrator: str | None
     error: str | None
     links: Links

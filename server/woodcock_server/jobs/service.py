@@ -12,10 +12,11 @@ from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import IntegrityError
 
 from woodcock.denoise import DenoiseError, require
-from woodcock.scene import Scene
+from woodcock.scene import RelativeErrorStop, SamplesStop, Scene, SecondsStop, Stop
 from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes, wait
+from woodcock_server.identifiers import new_id
 from woodcock_server.jobs import idempotency, reference, repository
 from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobEvent, JobSummary, job, summary
 from woodcock_server.jobs.states import State
@@ -88,6 +89,44 @@ def retry(services: Services, row: repository.Row) -> Job:
         asked = {**request.model_dump(mode="json"), "retry_of": row["id"]}
         job_id = repository.add(connection, asked, datetime.now(UTC))
         return described(connection, services.dispatcher, existing(connection, job_id))
+
+
+def extend(services: Services, row: repository.Row, stop: Stop) -> Job:
+    """A new job that goes on from the samples of one that has succeeded. Raises Conflict, InvalidRequest."""
+    old = row["id"]
+    if row["state"] != State.SUCCEEDED:
+        raise Conflict(f"Job {old} is {row['state']}. Only one that has succeeded can be gone on from.")
+    before = Scene.model_validate(row["scene"])
+    _check_stricter(before.stop, stop)
+    asked = {key: row[key] for key in JobCreate.model_fields} | {"scene": before.model_copy(update={"stop": stop})}
+    request = JobCreate.model_validate(asked)
+    check_request(services.engine, services.storage, services.devices, request)
+    job_id = new_id()
+    if not services.storage.hand_on(old, job_id):
+        raise Conflict(f"Job {old} has no samples to go on from: it ended under a version that kept none.")
+    done = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
+    with services.engine.begin() as connection:
+        columns = {**request.model_dump(mode="json"), **done, "extends": old}
+        repository.add(connection, columns, datetime.now(UTC), job_id)
+        return described(connection, services.dispatcher, existing(connection, job_id))
+
+
+def _check_stricter(before: Stop, after: Stop) -> None:
+    """Raises InvalidRequest."""
+    match before, after:
+        case SamplesStop(samples=old), SamplesStop(samples=new):
+            field, stricter, says = "samples", new > old, f"more than {old}"
+        case SecondsStop(seconds=old), SecondsStop(seconds=new):
+            field, stricter, says = "seconds", new > old, f"more than {old:g}"
+        case RelativeErrorStop(relative_error=old), RelativeErrorStop(relative_error=new):
+            field, stricter, says = "relative_error", new < old, f"less than {old:g}"
+            if after.per != before.per:
+                field, stricter, says = "per", False, f"`{before.per}`, as it was"
+        case _:
+            field, stricter, says = "kind", False, f"`{before.kind}`, as it was"
+    if not stricter:
+        fault = Fault(field=f"stop.{field}", message=f"must be {says}")
+        raise InvalidRequest("The picture is as good already, or the contract is of another kind.", fault)
 
 
 def delete(services: Services, row: repository.Row) -> None:

@@ -29,7 +29,7 @@ def test_another_service_goes_on_from_a_backup(own_service: Service, tmp_path: P
     upload = (
         own_service.http.post("/api/v1/volumes", params={"name": "x.ply"}, content=TRIANGLE).raise_for_status().json()
     )
-    scene = make_scene(size=64, samples=600)
+    scene = make_scene(size=64, samples=300)
     running = own_service.submit(scene, name="running")
     own_service.wait(running, lambda job: job["samples"] > 0)
     target = tmp_path / "backup"
@@ -47,7 +47,7 @@ def test_another_service_goes_on_from_a_backup(own_service: Service, tmp_path: P
         assert other.http.get(f"/api/v1/jobs/{done}/image.exr").content == pictures[0]
         assert other.http.get(f"/api/v1/volumes/{upload['id']}").json() == upload
         again = other.wait(running, ended)
-        assert (again["state"], again["samples"]) == ("succeeded", 600)
+        assert (again["state"], again["samples"]) == ("succeeded", 300)
         counts = [point["samples"] for point in other.http.get(again["links"]["report"]).json()["error"]]
         assert counts == sorted(set(counts)), "the error series is this attempt's"
     finally:

@@ -60,7 +60,7 @@ def copy(settings: Settings, target: Path) -> None:
         # The rows first: what they name is complete by then, and files are never changed, only deleted after their row.
         ended = _copy_database(Path(database.database), part / "woodcock.sqlite")
         _copy_files(settings.data / "volumes", kept.volumes)
-        for folder in sorted((settings.data / "jobs").iterdir()):
+        for folder in sorted((settings.data / "jobs").glob("*")):
             # Films of jobs that had not ended are newer than their rows.
             _copy_files(folder, kept.jobs / folder.name, () if folder.name in ended else ("film-*",))
         part.rename(target)
@@ -85,7 +85,7 @@ def _copy_database(source: Path, target: Path) -> set[str]:
 def _copy_files(source: Path, target: Path, without: Collection[str] = ()) -> None:
     """But not what is being written, nor what disappears meanwhile. without: patterns of names."""
     target.mkdir(exist_ok=True)
-    for path in sorted(source.iterdir()):
+    for path in sorted(source.glob("*")):
         if not any(path.match(pattern) for pattern in (".*", *without)):
             with suppress(FileNotFoundError):
                 shutil.copy2(path, target)

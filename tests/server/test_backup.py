@@ -12,6 +12,8 @@ from typer.testing import CliRunner
 from woodcock_client.cli import build
 from woodcock_server.backup import BackupError, copy
 from woodcock_server.config import Settings
+from woodcock_server.database import open_database
+from woodcock_server.storage import Storage
 
 from .conftest import Service
 
@@ -52,6 +54,16 @@ def test_another_service_goes_on_from_a_backup(own_service: Service, tmp_path: P
         assert counts == sorted(set(counts)), "the error series is this attempt's"
     finally:
         other.stop()
+
+
+def test_a_service_that_never_ran_is_backed_up(tmp_path: Path) -> None:
+    """It may have tokens."""
+    data = tmp_path / "data"
+    open_database(Settings(data=Storage(data).root).database).dispose()
+    for folder in ("volumes", "jobs", "scratch"):
+        (data / folder).rmdir()
+    copy(Settings(data=data), tmp_path / "to")
+    assert (tmp_path / "to" / "woodcock.sqlite").is_file()
 
 
 def test_what_cannot_be_backed_up_is_told(tmp_path: Path) -> None:

@@ -145,9 +145,10 @@ def test_the_verdict_comes_with_the_last_job(service: Service, make_scene: Make,
         assert row["job"] == job["id"]
         assert (row["seconds"], row["samples"]) == (report["seconds"]["render"], report["samples"])
         assert row["rmse"] == pytest.approx(report["rmse"], rel=1e-4)
-        # Of all that was rendered up to the last point of the series, in the device's time.
+        # Of all that was rendered up to the last point of the series, in the device's time; pooled over slices, which
+        # hold few samples on a busy machine.
         last = report["error"][-1]
-        assert row["efficiency"] == pytest.approx(1 / (last["rmse"] ** 2 * last["device_seconds"]), rel=1e-3)
+        assert row["efficiency"] == pytest.approx(1 / (last["rmse"] ** 2 * last["device_seconds"]), rel=2e-2)
     verdict = now["verdict"]
     assert set(verdict["order"]) == {"global", "grid"}
     assert verdict["disagree"] == []

@@ -80,6 +80,7 @@ def test_tiles_get_what_they_need(service: Service, make_scene: Make, tmp_path: 
     assert worst <= 0.02
 
 
+@pytest.mark.slow
 def test_a_relative_error_goes_on_after_a_crash(own_service: Service, make_scene: Make, tmp_path: Path) -> None:
     service = own_service
     service.start()

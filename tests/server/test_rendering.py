@@ -216,6 +216,7 @@ def test_a_worker_that_is_killed_costs_no_sample(
     assert before[0] not in after
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_again_and_again_fails_the_job(service: Service, make_scene: Make) -> None:
     job_id = service.submit(make_scene(size=256, samples=1 << 20))
     deadline = time.monotonic() + 60

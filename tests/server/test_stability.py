@@ -221,6 +221,7 @@ def test_a_check_waits_for_the_job_in_hand_and_the_next_job_for_the_check(checke
     assert (job["devices"], job["waiting"]) == (["cpu0"], None)
 
 
+@pytest.mark.slow
 def test_a_device_that_failed_renders_only_what_asks_for_it(checked: Service, make_scene: Make) -> None:
     ask(checked, "cpu0")
     answer(checked, "cpu0", BROKEN)
@@ -264,6 +265,7 @@ def test_a_device_that_failed_renders_only_what_asks_for_it(checked: Service, ma
     assert checked.http.get("/readyz").status_code == 200
 
 
+@pytest.mark.slow
 def test_a_check_whose_process_dies_has_failed(checked: Service, make_scene: Make) -> None:
     answer(checked, "cpu1", None)
     ask(checked, "cpu1")

@@ -38,7 +38,8 @@ def builds(service: Service) -> list[psutil.Process]:
     return [child for child in found if "woodcock.start" in child.cmdline()]
 
 
-@pytest.mark.parametrize("sent", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGKILL])
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_no_build_outlives_its_service(tmp_path: Path, fresh: dict[str, str], sent: signal.Signals) -> None:
     service = Service(tmp_path / "data", **fresh)
     service.start()

@@ -9,8 +9,8 @@ from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field
 
 from woodcock_server.access import guard
-from woodcock_server.access.guard import COOKIE, Bearer, Cookie
-from woodcock_server.access.tokens import Scope
+from woodcock_server.access.guard import COOKIE, Given
+from woodcock_server.access.tokens import Row, Scope
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided
 
@@ -32,24 +32,26 @@ class Session(BaseModel):
 
 
 @router.get("", responses=problem_schema(401))
-def get_session(services: Provided, bearer: Bearer, cookie: Cookie) -> Session:
+def get_session(services: Provided, token: Given) -> Session:
     """As whom the service knows who asks."""
-    found = guard.holder(services, bearer.credentials if bearer else cookie)
-    return Session(name=found["name"], scope=found["scope"]) if found else Session(name=None, scope=Scope.ADMIN)
+    return _session(guard.holder(services, token))
 
 
 @router.post("", responses=problem_schema(401))
 def sign_in(given: SignIn, request: Request, response: Response, services: Provided) -> Session:
     """Keep a token in a cookie that scripts cannot read and other sites do not send."""
     found = guard.holder(services, given.token)
-    if found is None:  # Nobody needs one, so none is kept.
-        return Session(name=None, scope=Scope.ADMIN)
-    until = found["expires_at"]
-    kept = min(KEPT, int((until - datetime.now(UTC)).total_seconds())) if until else KEPT
-    response.set_cookie(
-        COOKIE, given.token, max_age=kept, httponly=True, samesite="strict", secure=request.url.scheme == "https"
-    )
-    return Session(name=found["name"], scope=found["scope"])
+    if found is not None:  # Else nobody needs one, and none is kept.
+        until = found["expires_at"]
+        kept = min(KEPT, int((until - datetime.now(UTC)).total_seconds())) if until else KEPT
+        response.set_cookie(
+            COOKIE, given.token, max_age=kept, httponly=True, samesite="strict", secure=request.url.scheme == "https"
+        )
+    return _session(found)
+
+
+def _session(found: Row | None) -> Session:
+    return Session(name=found["name"], scope=found["scope"]) if found else Session(name=None, scope=Scope.ADMIN)
 
 
 @router.delete("", status_code=204)

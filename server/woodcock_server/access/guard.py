@@ -24,8 +24,16 @@ from woodcock_server.services import Provided, Services
 COOKIE = "woodcock_token"
 READING = ("GET", "HEAD", "OPTIONS")
 
-Bearer = Annotated[HTTPAuthorizationCredentials | None, Depends(HTTPBearer(auto_error=False))]
-Cookie = Annotated[str | None, Depends(APIKeyCookie(name=COOKIE, auto_error=False))]
+
+def _given(
+    bearer: Annotated[HTTPAuthorizationCredentials | None, Depends(HTTPBearer(auto_error=False))],
+    cookie: Annotated[str | None, Depends(APIKeyCookie(name=COOKIE, auto_error=False))],
+) -> str | None:
+    return bearer.credentials if bearer else cookie
+
+
+#: The token that came with a request, good or not.
+Given = Annotated[str | None, Depends(_given)]
 
 
 class Exposed(RuntimeError):  # noqa: N818 - the name says what is wrong
@@ -51,18 +59,14 @@ def is_loopback(host: str) -> bool:
     return all(ipaddress.ip_address(str(address[0]).partition("%")[0]).is_loopback for *_, address in found)
 
 
-def authorized(request: Request, services: Provided, bearer: Bearer, cookie: Cookie) -> None:
+def authorized(request: Request, services: Provided, token: Given) -> None:
     """Of every route but the public ones."""
-    _require(services, _text(bearer, cookie), Scope.READ if request.method in READING else Scope.WRITE)
+    _require(services, token, Scope.READ if request.method in READING else Scope.WRITE)
 
 
-def administrator(services: Provided, bearer: Bearer, cookie: Cookie) -> None:
+def administrator(services: Provided, token: Given) -> None:
     """Of routes that only admins may ask."""
-    _require(services, _text(bearer, cookie), Scope.ADMIN)
-
-
-def _text(bearer: HTTPAuthorizationCredentials | None, cookie: str | None) -> str | None:
-    return bearer.credentials if bearer else cookie
+    _require(services, token, Scope.ADMIN)
 
 
 def holder(services: Services, text: str | None) -> tokens.Row | None:

@@ -11,13 +11,12 @@ from typing import Annotated, Any
 import typer
 import uvicorn
 from pydantic import ValidationError
-from sqlalchemy import make_url
-from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock_server import logs
 from woodcock_server.access.guard import Exposed
 from woodcock_server.app import create_app
 from woodcock_server.config import Settings
+from woodcock_server.usable import usable
 
 #: How long requests may take to end when the server stops, seconds.
 GRACE_SECONDS = 5
@@ -69,15 +68,10 @@ def serve(
         raise typer.Exit(2) from None
     with listening:
         try:
-            app = create_app(settings)
+            with usable(settings):
+                app = create_app(settings)
         except Exposed as error:
             typer.echo(str(error), err=True)
-            raise typer.Exit(2) from None
-        except OSError as error:
-            typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
-            raise typer.Exit(2) from None
-        except SQLAlchemyError as error:
-            typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {_reason(error)}.", err=True)
             raise typer.Exit(2) from None
         logs.configure()
         server = Server(uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=GRACE_SECONDS))
@@ -101,11 +95,6 @@ def _listen(host: str, port: int) -> socket.socket:
         listening.close()
         raise
     return listening
-
-
-def _reason(error: SQLAlchemyError) -> str:
-    """What the driver says, in one line; SQLAlchemy adds the statement and an address."""
-    return " ".join(str(getattr(error, "orig", None) or error).split())
 
 
 def _explain(error: OSError, settings: Settings) -> str:

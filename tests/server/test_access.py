@@ -95,6 +95,10 @@ def test_tokens_are_made_listed_and_revoked_by_command(tmp_path: Path) -> None:
     assert made.stdout.strip() not in line
     assert run(program, ["revoke", line.split()[0], *data]).exit_code == 0
     assert "revoked" in run(program, ["list", *data]).stdout
+    (tmp_path / "woodcock.sqlite").write_bytes(b"no database")
+    broken = run(program, ["list", "--data", str(tmp_path)])
+    assert broken.exit_code == 2
+    assert broken.output.endswith("file is not a database.\n")
     again = run(program, ["revoke", line.split()[0], *data])
     assert again.exit_code == 2
     assert "no token" in again.output

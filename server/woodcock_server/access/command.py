@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from sqlalchemy import Connection, make_url
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import Connection
 
 from woodcock_server.access import tokens
 from woodcock_server.access.tokens import Scope
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
+from woodcock_server.usable import usable
 
 app = typer.Typer(
     help="Make, list and revoke the tokens that a service asks for once there is one.",
@@ -32,18 +32,12 @@ Data = Annotated[
 @contextmanager
 def _database(data: Path | None) -> Iterator[Connection]:
     settings = Settings(data=data) if data else Settings()
-    try:
+    with usable(settings):
         settings.data.mkdir(parents=True, exist_ok=True)
         engine = open_database(settings.database)
         with engine.execution_options(immediate=True).begin() as connection:
             yield connection
         engine.dispose()
-    except OSError as error:
-        typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
-        raise typer.Exit(2) from None
-    except SQLAlchemyError as error:
-        typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {error}.", err=True)
-        raise typer.Exit(2) from None
 
 
 @app.command()

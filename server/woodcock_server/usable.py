@@ -1,0 +1,30 @@
+"""What commands say where they cannot use what the service keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+from sqlalchemy import make_url
+from sqlalchemy.exc import SQLAlchemyError
+
+from woodcock_server.config import Settings
+
+
+@contextmanager
+def usable(settings: Settings) -> Iterator[None]:
+    """Ends the command with a sentence for a data folder or a database that cannot be used."""
+    try:
+        yield
+    except OSError as error:
+        typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
+        raise typer.Exit(2) from None
+    except SQLAlchemyError as error:
+        typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {_reason(error)}.", err=True)
+        raise typer.Exit(2) from None
+
+
+def _reason(error: SQLAlchemyError) -> str:
+    """What the driver says, in one line; SQLAlchemy adds the statement and an address."""
+    return " ".join(str(getattr(error, "orig", None) or error).split())

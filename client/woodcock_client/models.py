@@ -40,8 +40,7 @@ class JobSummary(Answer):
     `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
     `device` is the one that was asked for, or "any"; `devices` have rendered it. `reference` is what its picture is
     held against, if anything. `retry_of` is the job that this one does once more, `extends` the one whose
-    samples it goes on from. `waiting` says why a queued job
-    would not be rendered even if no other were before it.
+    samples it goes on from. `waiting` says why a queued job would not be rendered even if no other were before it.
     """
 
     id: str

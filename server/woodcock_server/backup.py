@@ -14,6 +14,7 @@ from sqlalchemy import make_url
 
 from woodcock_server.config import Settings
 from woodcock_server.storage import Storage
+from woodcock_server.usable import Data, settings_of
 
 
 class BackupError(RuntimeError):
@@ -22,18 +23,14 @@ class BackupError(RuntimeError):
 
 def backup(
     target: Annotated[Path, typer.Argument(help="A folder that does not exist yet.")],
-    data: Annotated[
-        Path | None,
-        typer.Option(help="The service's data folder.", show_default="WOODCOCK_DATA, else the user's data folder"),
-    ] = None,
+    data: Data = None,
 ) -> None:
     """Copy everything that a service keeps; it may go on meanwhile. To restore it, serve the copy.
 
     Renders that had not ended begin anew there.
     """
-    settings = Settings(data=data) if data else Settings()
     try:
-        copy(settings, target)
+        copy(settings_of(data), target)
     except BackupError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(2) from None

@@ -11,7 +11,7 @@ from typing import Any
 
 import dask
 import structlog
-from distributed import Client, Future, Nanny, Scheduler, Security, SpecCluster
+from distributed import Client, Nanny, Scheduler, Security, SpecCluster
 from distributed.client import FutureCancelledError
 
 from woodcock_server import worker
@@ -34,7 +34,7 @@ async def ask(client: Client, device_id: str, key: str, function: Callable[..., 
     future = client.submit(function, *args, key=key, resources=resource(device_id), pure=False)
     # All who wait share one gathering of the client's: one who was cancelled in it would cancel it for all, and the
     # client would go on handing it out.
-    outcome = asyncio.ensure_future(_outcome(future))
+    outcome = asyncio.ensure_future(future)
     outcome.add_done_callback(lambda done: done.cancelled() or done.exception())
     try:
         return await asyncio.shield(outcome)
@@ -42,10 +42,6 @@ async def ask(client: Client, device_id: str, key: str, function: Callable[..., 
         raise RuntimeError(f"the cluster gave up {function.__name__} on {device_id}: {error.reason}") from None
     finally:
         future.release()  # type: ignore[no-untyped-call]
-
-
-async def _outcome(future: Future[Any]) -> Any:
-    return await future
 
 
 @asynccontextmanager

@@ -1,15 +1,26 @@
-"""What commands say where they cannot use what the service keeps."""
+"""Commands that use what a service keeps: where that is, and what they say where it cannot be used."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
 
 import typer
 from sqlalchemy import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock_server.config import Settings
+
+Data = Annotated[
+    Path | None,
+    typer.Option(help="The service's data folder.", show_default="WOODCOCK_DATA, else the user's data folder"),
+]
+
+
+def settings_of(data: Path | None) -> Settings:
+    return Settings(data=data) if data else Settings()
 
 
 @contextmanager

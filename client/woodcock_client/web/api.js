@@ -23,9 +23,8 @@ async function ask(path, options) {
   }
   const body = await response.json().catch(() => null);
   if (!response.ok || body === null) {
-    const problem = new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
-    if (response.status === 401) dispatchEvent(new CustomEvent(SIGNED_OUT, { detail: problem }));
-    throw problem;
+    if (response.status === 401) dispatchEvent(new Event(SIGNED_OUT));
+    throw new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
   }
   return body;
 }

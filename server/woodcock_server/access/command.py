@@ -13,9 +13,8 @@ from sqlalchemy import Connection
 
 from woodcock_server.access import tokens
 from woodcock_server.access.tokens import Scope
-from woodcock_server.config import Settings
 from woodcock_server.database import open_database
-from woodcock_server.usable import usable
+from woodcock_server.usable import Data, settings_of, usable
 
 app = typer.Typer(
     help="Make, list and revoke the tokens that a service asks for once there is one.",
@@ -23,15 +22,10 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-Data = Annotated[
-    Path | None,
-    typer.Option(help="The service's data folder.", show_default="WOODCOCK_DATA, else the user's data folder"),
-]
-
 
 @contextmanager
 def _database(data: Path | None) -> Iterator[Connection]:
-    settings = Settings(data=data) if data else Settings()
+    settings = settings_of(data)
     with usable(settings):
         settings.data.mkdir(parents=True, exist_ok=True)
         engine = open_database(settings.database)
@@ -59,17 +53,14 @@ def show(data: Data = None) -> None:
     """All tokens, without what they are."""
     with _database(data) as connection:
         for row in tokens.every(connection):
-            until = row["expires_at"]
-            end = (
-                f"revoked {row['revoked_at']:%Y-%m-%d}"
-                if row["revoked_at"]
-                else f"until {until:%Y-%m-%d}"
-                if until
-                else ""
-            )
-            typer.echo(
-                f"{row['id']}  {row['scope']:5}  made {row['created_at']:%Y-%m-%d}  {end:18}  {row['name']}".rstrip()
-            )
+            made = f"{row['id']}  {row['scope']:5}  made {row['created_at']:%Y-%m-%d}"
+            typer.echo(f"{made}  {_end(row):18}  {row['name']}".rstrip())
+
+
+def _end(row: tokens.Row) -> str:
+    if row["revoked_at"]:
+        return f"revoked {row['revoked_at']:%Y-%m-%d}"
+    return f"until {row['expires_at']:%Y-%m-%d}" if row["expires_at"] else ""
 
 
 @app.command()

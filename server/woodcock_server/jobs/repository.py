@@ -25,7 +25,7 @@ from sqlalchemy import (
 )
 
 from woodcock_server.identifiers import new_id
-from woodcock_server.jobs.states import State
+from woodcock_server.jobs.states import FINAL, State
 from woodcock_server.paging import fetch_page
 from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_tags, jobs
 
@@ -106,14 +106,12 @@ def cancel(connection: Connection, job_id: str, now: datetime) -> bool:
 
 def remove(connection: Connection, job_id: str) -> bool:
     """Forget a job that has ended; False for one that has not."""
-    final = [state for state in State if state.final]
-    return connection.execute(delete(jobs).where(jobs.c.id == job_id, jobs.c.state.in_(final))).rowcount == 1
+    return connection.execute(delete(jobs).where(jobs.c.id == job_id, jobs.c.state.in_(FINAL))).rowcount == 1
 
 
 def users(connection: Connection, job_id: str) -> list[str]:
     """Jobs that have not ended and are held against this one's picture."""
-    final = [state for state in State if state.final]
-    query = select(jobs.c.id).where(jobs.c.reference == job_id, jobs.c.state.not_in(final))
+    query = select(jobs.c.id).where(jobs.c.reference == job_id, jobs.c.state.not_in(FINAL))
     return list(connection.execute(query).scalars())
 
 

@@ -33,3 +33,6 @@ _AFTER: dict[State, frozenset[State]] = {
     State.FAILED: frozenset(),
     State.CANCELLED: frozenset(),
 }
+
+#: Ends.
+FINAL = tuple(state for state in State if state.final)

@@ -243,7 +243,7 @@ class _Handler(BaseHTTPRequestHandler):
                 while self.service.jobs[id] is sent and not self.service.stopping:
                     self.service.changed.wait()
                 job = sent = self.service.jobs[id]
-            over = job["state"] in ("succeeded", "failed")
+            over = job["state"] in ("succeeded", "failed", "cancelled")
             event = f": ping\n\nevent: {'end' if over else 'progress'}\ndata: {json.dumps(job)}\n\n".encode()
             self.wfile.write(b"%x\r\n%b\r\n" % (len(event), event))
             if cut:

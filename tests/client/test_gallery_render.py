@@ -283,6 +283,15 @@ def test_a_hidden_tab_lets_go_of_its_stream(service: Service, page: Page, scene_
     assert service.requests.count(("GET", f"/api/v1/jobs/{id}/events")) == streams + 1
 
 
+def test_a_render_that_stops_is_followed_to_its_end(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "stopping")
+    service.update(id, state="cancelling")
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".badge")).to_have_text("Stopping")
+    service.update(id, state="cancelled")
+    expect(page.locator(".badge")).to_have_text("Cancelled")
+
+
 def test_a_failure_is_told_in_words_and_nothing_runs_as_markup(
     service: Service, page: Page, scene_json: dict[str, Any]
 ) -> None:

@@ -46,7 +46,7 @@ export const getReport = (job, signal) => get(job.links.report, signal);
 
 export const listDevices = (signal) => get(`${ROOT}/devices`, signal);
 
-export const isActive = (job) => job.state === "queued" || job.state === "running";
+export const isActive = (job) => ["queued", "running", "cancelling"].includes(job.state);
 
 // Calls onJob with the job now and at each change, onEnd after the last, and onLost(true/false) as the stream breaks
 // and comes back. A hidden tab lets go of its stream: browsers allow six connections to one address over HTTP/1.1,

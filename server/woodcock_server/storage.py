@@ -110,6 +110,14 @@ class Storage:
             self.job_file(job_id, "").rename(gone)
         shutil.rmtree(gone, ignore_errors=True)
 
+    def size(self, job_id: str) -> int:
+        """Of its files, bytes."""
+        total = 0
+        with suppress(FileNotFoundError):  # It is being removed.
+            for path in (self.jobs / job_id).iterdir():
+                total += path.stat().st_size
+        return total
+
     def folders(self) -> set[str]:
         """Ids of what has one."""
         return {path.name for path in self.jobs.iterdir()}

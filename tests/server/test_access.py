@@ -53,7 +53,7 @@ def token(tmp_path: Path, http: TestClient) -> Callable[..., str]:
     def make(scope: Scope = Scope.WRITE, days: float = 1) -> str:
         with engine.begin() as connection:
             now = datetime.now(UTC)
-            return tokens.create(connection, f"{scope}'s", scope, now, now + timedelta(days=days))[1]
+            return tokens.create(connection, f"{scope}'s", "ann", scope, now, now + timedelta(days=days))[1]
 
     return make
 
@@ -68,8 +68,8 @@ def bearer(token: str) -> dict[str, str]:
 def test_tokens_expire_and_are_revoked_and_only_their_hash_is_kept(tmp_path: Path) -> None:
     with open_database(Settings(data=tmp_path).database).begin() as connection:
         assert not tokens.made(connection)
-        id, text = tokens.create(connection, "a", Scope.READ, NOW, NOW + timedelta(days=1))
-        other, lasting = tokens.create(connection, "b", Scope.ADMIN, NOW, None)
+        id, text = tokens.create(connection, "a", "ann", Scope.READ, NOW, NOW + timedelta(days=1))
+        other, lasting = tokens.create(connection, "b", "bob", Scope.ADMIN, NOW, None)
         assert re.fullmatch("woodcock_[0-9a-f]{64}", text)
         assert not any(text in str(value) for row in tokens.every(connection) for value in row.values())
         found = tokens.find(connection, text, NOW)
@@ -131,7 +131,7 @@ def test_nobody_needs_a_token_before_there_is_one(
     http: TestClient, token: Callable[..., str], make_scene: Callable[..., dict[str, Any]]
 ) -> None:
     assert http.post("/api/v1/jobs", json={"scene": make_scene()}).status_code == 201
-    assert http.get("/api/v1/session").json() == {"name": None, "scope": "admin"}
+    assert http.get("/api/v1/session").json() == {"name": None, "owner": "", "scope": "admin"}
     token(days=-1)  # has expired
     answer = http.get("/api/v1/jobs")
     assert (answer.status_code, answer.headers["www-authenticate"]) == (401, "Bearer")
@@ -163,7 +163,7 @@ def test_browsers_keep_their_token_in_a_cookie(http: TestClient, token: Callable
     assert http.post("/api/v1/session", json={"token": "wrong"}).status_code == 401
     assert not http.cookies
     answer = http.post("/api/v1/session", json={"token": text})
-    assert answer.json() == {"name": "write's", "scope": "write"}
+    assert answer.json() == {"name": "write's", "owner": "ann", "scope": "write"}
     cookie = answer.headers["set-cookie"].lower()
     assert "httponly" in cookie
     assert "samesite=strict" in cookie
@@ -244,7 +244,7 @@ def test_other_machines_need_a_token(tmp_path: Path, monkeypatch: pytest.MonkeyP
     with TestClient(application.create_app(Settings(data=tmp_path, host="0.0.0.0", insecure=True)), ADDRESS) as http:
         assert http.get("/api/v1/jobs", headers={"Host": "any.example"}).status_code == 200
     with open_database(Settings(data=tmp_path).database).begin() as connection:
-        id, _ = tokens.create(connection, "a", Scope.READ, datetime.now(UTC), None)
+        id, _ = tokens.create(connection, "a", "ann", Scope.READ, datetime.now(UTC), None)
     with TestClient(application.create_app(Settings(data=tmp_path, host="0.0.0.0")), ADDRESS) as http:
         assert http.get("/api/v1/jobs").status_code == 401
     with open_database(Settings(data=tmp_path).database).begin() as connection:

@@ -62,7 +62,7 @@ def test_the_api_describes_itself(client: TestClient) -> None:
         "/api/v1/jobs/{id}/extend", "/api/v1/jobs/{id}/image.exr",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/jobs/{id}/report.html",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
-        "/api/v1/session", "/healthz", "/readyz", "/metrics",
+        "/api/v1/retention", "/api/v1/session", "/healthz", "/readyz", "/metrics",
     }  # fmt: skip
     checks = paths["/api/v1/devices/{id}/stability"]
     assert {"202", "404", "409"} <= set(checks["post"]["responses"])

@@ -243,7 +243,7 @@ def test_a_dispatcher_that_lost_its_lease_writes_nothing_more(
     # What another dispatcher's claim does; it is never heard of again.
     connection = sqlite3.connect(service.data / "woodcock.sqlite", timeout=10)
     with connection:
-        connection.execute("UPDATE jobs SET token = token + 1, owner = 'another' WHERE id = ?", (job_id,))
+        connection.execute("UPDATE jobs SET token = token + 1, holder = 'another' WHERE id = ?", (job_id,))
     connection.close()
     job = service.wait(job_id, succeeded)
     assert job["samples"] == samples
@@ -289,7 +289,7 @@ def test_a_service_that_is_stopped_puts_its_job_back(own_service: Service, make_
     assert time.monotonic() - began < 15
     assert "Traceback" not in service.log.read_text()
     connection = sqlite3.connect(service.data / "woodcock.sqlite")
-    state, owner, samples = connection.execute("SELECT state, owner, samples FROM jobs").fetchone()
+    state, holder, samples = connection.execute("SELECT state, holder, samples FROM jobs").fetchone()
     connection.close()
-    assert (state, owner) == ("queued", None)
+    assert (state, holder) == ("queued", None)
     assert Film.load(service.data / "jobs" / job_id / "film-1.npz").samples == samples > 0

@@ -13,16 +13,17 @@ from woodcock_server.jobs.states import State
 
 NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
 LEASE = timedelta(seconds=10)
+SCENE = {"film": {"width": 4, "height": 3}, "stop": {"kind": "samples", "samples": 5}}
 
 
 def add(engine: Engine, device: str = ANY) -> str:
     with engine.begin() as connection:
-        return repository.add(connection, {"name": "", "scene": {}, "device": device}, NOW)
+        return repository.add(connection, {"name": "", "scene": SCENE, "device": device}, NOW)
 
 
-def claim(engine: Engine, job_id: str, owner: str, now: datetime = NOW) -> int | None:
+def claim(engine: Engine, job_id: str, holder: str, now: datetime = NOW) -> int | None:
     with engine.begin() as connection:
-        row = repository.claim(connection, job_id, owner, now, LEASE)
+        row = repository.claim(connection, job_id, holder, now, LEASE)
     return None if row is None else int(row["token"])
 
 
@@ -72,7 +73,7 @@ def test_a_lease_that_ran_out_is_free_and_the_former_holder_writes_nothing(engin
     with engine.connect() as connection:
         row = repository.get(connection, job)
     assert row is not None
-    assert (row["samples"], row["owner"], row["state"]) == (7, "b", State.RUNNING)
+    assert (row["samples"], row["holder"], row["state"]) == (7, "b", State.RUNNING)
     assert row["started_at"] == NOW, "the first start counts"
 
 

@@ -37,6 +37,9 @@ def _database(data: Path | None) -> Iterator[Connection]:
 @app.command()
 def create(
     name: Annotated[str, typer.Argument(help="Whose it is, or what for.")],
+    owner: Annotated[
+        str | None, typer.Option(help="Whose jobs it makes; limits and turns are by owner.", show_default="NAME")
+    ] = None,
     scope: Annotated[Scope, typer.Option(help="What it is good for.")] = Scope.WRITE,
     days: Annotated[int | None, typer.Option(min=1, max=3650, help="Until it expires.", show_default="never")] = None,
     data: Data = None,
@@ -44,7 +47,9 @@ def create(
     """Make a token and print it: the only time that it is shown."""
     now = datetime.now(UTC)
     with _database(data) as connection:
-        _, text = tokens.create(connection, name, scope, now, now + timedelta(days=days) if days else None)
+        _, text = tokens.create(
+            connection, name, owner or name, scope, now, now + timedelta(days=days) if days else None
+        )
     typer.echo(text)
 
 
@@ -53,7 +58,7 @@ def show(data: Data = None) -> None:
     """All tokens, without what they are."""
     with _database(data) as connection:
         for row in tokens.every(connection):
-            made = f"{row['id']}  {row['scope']:5}  made {row['created_at']:%Y-%m-%d}"
+            made = f"{row['id']}  {row['scope']:5}  made {row['created_at']:%Y-%m-%d}  {row['owner']}"
             typer.echo(f"{made}  {_end(row):18}  {row['name']}".rstrip())
 
 

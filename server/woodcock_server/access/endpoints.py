@@ -25,9 +25,10 @@ class SignIn(BaseModel):
 
 
 class Session(BaseModel):
-    """name: the token's; None where nobody needs one."""
+    """name: the token's, None where nobody needs one; owner: whose jobs it makes."""
 
     name: str | None
+    owner: str
     scope: Scope
 
 
@@ -51,7 +52,11 @@ def sign_in(given: SignIn, request: Request, response: Response, services: Provi
 
 
 def _session(found: Row | None) -> Session:
-    return Session(name=found["name"], scope=found["scope"]) if found else Session(name=None, scope=Scope.ADMIN)
+    return (
+        Session(name=found["name"], owner=found["owner"], scope=found["scope"])
+        if found
+        else Session(name=None, owner="", scope=Scope.ADMIN)
+    )
 
 
 @router.delete("", status_code=204)

@@ -59,9 +59,14 @@ def is_loopback(host: str) -> bool:
     return all(ipaddress.ip_address(str(address[0]).partition("%")[0]).is_loopback for *_, address in found)
 
 
-def authorized(request: Request, services: Provided, token: Given) -> None:
-    """Of every route but the public ones."""
-    _require(services, token, Scope.READ if request.method in READING else Scope.WRITE)
+def authorized(request: Request, services: Provided, token: Given) -> str:
+    """Of every route but the public ones; returns whose token it is, "" where nobody needs one."""
+    found = _require(services, token, Scope.READ if request.method in READING else Scope.WRITE)
+    return str(found["owner"]) if found else ""
+
+
+#: Who asks.
+Owner = Annotated[str, Depends(authorized)]
 
 
 def administrator(services: Provided, token: Given) -> None:
@@ -85,7 +90,8 @@ def holder(services: Services, text: str | None) -> tokens.Row | None:
     raise HTTPException(401, says, headers={"WWW-Authenticate": "Bearer"})
 
 
-def _require(services: Services, text: str | None, scope: Scope) -> None:
+def _require(services: Services, text: str | None, scope: Scope) -> tokens.Row | None:
     found = holder(services, text)
     if found is not None and not Scope(found["scope"]).holds(scope):
         raise HTTPException(403, f"The token {found['name']} is good for `{found['scope']}`; this needs `{scope}`.")
+    return found

@@ -34,11 +34,13 @@ class Scope(StrEnum):
         return order.index(self) >= order.index(other)
 
 
-def create(connection: Connection, name: str, scope: Scope, now: datetime, until: datetime | None) -> tuple[str, str]:
+def create(
+    connection: Connection, name: str, owner: str, scope: Scope, now: datetime, until: datetime | None
+) -> tuple[str, str]:
     """A new token: its id and its text, which nobody can tell again."""
     id, text = new_id(), PREFIX + secrets.token_hex(32)
-    values = {"id": id, "name": name, "digest": _digest(text), "scope": scope, "created_at": now, "expires_at": until}
-    connection.execute(insert(tokens).values(**values))
+    values = {"id": id, "name": name, "owner": owner, "digest": _digest(text), "scope": scope}
+    connection.execute(insert(tokens).values(created_at=now, expires_at=until, **values))
     return id, text
 
 

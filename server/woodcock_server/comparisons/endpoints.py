@@ -9,6 +9,7 @@ from fastapi import APIRouter, Depends, HTTPException, Response
 from fastapi.responses import HTMLResponse
 from sqlalchemy import RowMapping
 
+from woodcock_server.access.guard import Owner
 from woodcock_server.comparisons import repository, service
 from woodcock_server.comparisons.schemas import PREFIX, ComparedJob, Comparison, ComparisonCreate, Links
 from woodcock_server.jobs.endpoints import html_page
@@ -31,10 +32,10 @@ def _existing(id: str, services: Provided) -> RowMapping:
 Existing = Annotated[RowMapping, Depends(_existing)]
 
 
-@router.post("", status_code=201, responses=problem_schema(413))
-async def compare(request: ComparisonCreate, response: Response, services: Provided) -> Comparison:
+@router.post("", status_code=201, responses=problem_schema(413, 429))
+async def compare(request: ComparisonCreate, response: Response, services: Provided, owner: Owner) -> Comparison:
     """Queue a job for each variant of a scene; they are in the database before this answers, all or none."""
-    row = await to_thread.run_sync(service.create, services, request)
+    row = await to_thread.run_sync(service.create, services, request, owner)
     services.dispatcher.wake()
     response.headers["Location"] = f"{PREFIX}/{row['id']}"
     return await to_thread.run_sync(_shown, row, services)

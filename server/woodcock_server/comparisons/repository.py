@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, insert, select
+from sqlalchemy import Connection, RowMapping, delete, insert, select
 
 from woodcock.compare import Variant
 from woodcock_server.identifiers import new_id
@@ -14,7 +14,9 @@ from woodcock_server.jobs import repository
 from woodcock_server.tables import comparisons, jobs
 
 
-def add(connection: Connection, asked: Mapping[str, Any], variants: Sequence[Variant], now: datetime) -> str:
+def add(
+    connection: Connection, asked: Mapping[str, Any], variants: Sequence[Variant], now: datetime, owner: str
+) -> str:
     """A new comparison, with a job for each variant; returns its id. asked: name, scene, vary, seconds, reference and
     device."""
     comparison_id = new_id()
@@ -22,7 +24,7 @@ def add(connection: Connection, asked: Mapping[str, Any], variants: Sequence[Var
     for variant in variants:
         name = f"{asked['name']}: {variant.label}" if asked["name"] else variant.label
         scene = variant.scene.model_dump(mode="json")
-        same = {key: asked[key] for key in ("device", "reference")}
+        same = {"owner": owner, **{key: asked[key] for key in ("device", "reference")}}
         job_id = repository.add(
             connection, {"name": name[:200], "scene": scene, "comparison": comparison_id, **same}, now
         )
@@ -33,6 +35,10 @@ def add(connection: Connection, asked: Mapping[str, Any], variants: Sequence[Var
 
 def get(connection: Connection, comparison_id: str) -> RowMapping | None:
     return connection.execute(select(comparisons).where(comparisons.c.id == comparison_id)).mappings().one_or_none()
+
+
+def remove(connection: Connection, comparison_id: str) -> None:
+    connection.execute(delete(comparisons).where(comparisons.c.id == comparison_id))
 
 
 def jobs_of(connection: Connection, comparison_id: str) -> dict[str, RowMapping]:

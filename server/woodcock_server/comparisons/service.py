@@ -26,7 +26,7 @@ from woodcock_server.comparisons import repository
 from woodcock_server.comparisons.schemas import MOST_VARIANTS, ComparisonCreate
 from woodcock_server.jobs import reference
 from woodcock_server.jobs.schemas import ANY, JobCreate
-from woodcock_server.jobs.service import check_request
+from woodcock_server.jobs.service import admit, check_request
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
@@ -37,8 +37,8 @@ log = structlog.get_logger()
 RESULT, PAGE = "comparison.json", "report.html"
 
 
-def create(services: Services, request: ComparisonCreate) -> RowMapping:
-    """Commit a comparison and its jobs, all or none. Raises InvalidRequest."""
+def create(services: Services, request: ComparisonCreate, owner: str) -> RowMapping:
+    """Commit a comparison and its jobs, all or none. Raises InvalidRequest, TooMuch."""
     scene = request.scene.model_copy(update={"stop": SecondsStop(seconds=request.seconds)})
     try:
         made = variants(scene, request.vary)
@@ -48,12 +48,13 @@ def create(services: Services, request: ComparisonCreate) -> RowMapping:
         raise _invalid(f"must make {MOST_VARIANTS} variants at most; this makes {len(made)}")
     for variant in made:
         asked = JobCreate(scene=variant.scene, device=request.device, reference=request.reference)
-        check_request(services.engine, services.storage, services.devices, asked)
+        check_request(services, asked)
     taken = None if request.reference is None else reference.load(services.storage, request.reference).seed
     own = seeded(made, scene.seed, taken)
     values = request.model_dump(mode="json") | {"device": _device(services, request.device)}
+    admit(services, owner, [variant.scene.model_dump(mode="json") for variant in own])
     with services.engine.begin() as connection:
-        comparison_id = repository.add(connection, values, own, datetime.now(UTC))
+        comparison_id = repository.add(connection, values, own, datetime.now(UTC), owner)
     with services.engine.connect() as connection:
         found = repository.get(connection, comparison_id)
     assert found is not None, "comparisons are never deleted"

@@ -97,7 +97,7 @@ class JobCheck(BaseModel):
 
 async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
-    await in_thread(check_request, services.engine, services.storage, services.devices, request)
+    await in_thread(check_request, services, request)
     text = with_files(request.scene, lambda file: str(services.storage.volume_file(file))).model_dump_json()
     asked = [device for device in services.devices if request.device in (ANY, device.id)]
     distrusted = await in_thread(_distrusted, services) if request.device == ANY else set()

@@ -15,6 +15,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import AwareDatetime
 
 from woodcock.report_schema import Report
+from woodcock_server.access.guard import Owner
 from woodcock_server.etags import UNCHANGED, unchanged
 from woodcock_server.jobs import repository, service
 from woodcock_server.jobs.check import JobCheck, check
@@ -40,10 +41,10 @@ def _existing(id: str, services: Provided) -> repository.Row:
 Existing = Annotated[repository.Row, Depends(_existing)]
 
 
-@router.post("", status_code=201, responses=problem_schema(413))
-async def submit_job(request: JobCreate, response: Response, services: Provided, key: Key = None) -> Job:
+@router.post("", status_code=201, responses=problem_schema(413, 429))
+async def submit_job(request: JobCreate, response: Response, services: Provided, owner: Owner, key: Key = None) -> Job:
     """Queue a render; it is in the database before this answers."""
-    return _queued(await to_thread.run_sync(service.create, services, request, key), response, services)
+    return _queued(await to_thread.run_sync(service.create, services, request, owner, key), response, services)
 
 
 def _queued(made: Job, response: Response, services: Services) -> Job:
@@ -70,6 +71,7 @@ def list_jobs(
     cursor: Cursor = None,
     state: Annotated[list[State] | None, Query(description="Jobs in this state; several may be given.")] = None,
     tag: Tag | None = None,
+    owner: Annotated[str | None, Query(max_length=200, description="Of this owner.")] = None,
     text: Annotated[
         str | None, Query(max_length=200, description="A part of the name, in letters of any case.")
     ] = None,
@@ -77,7 +79,7 @@ def list_jobs(
     before: Annotated[AwareDatetime | None, Query(description="Created earlier.")] = None,
 ) -> JobPage | Response:
     """Jobs without their scenes, newest first."""
-    meant = repository.Filter(state or (), tag, text, since, before)
+    meant = repository.Filter(state or (), tag, owner, text, since, before)
     with services.engine.connect() as connection:
         rows, following = repository.page(connection, limit, cursor, meant)
         waiting = service.waiting(connection, services.dispatcher, rows)
@@ -116,16 +118,16 @@ async def cancel_job(id: str, services: Provided) -> Job:
     return cancelled
 
 
-@router.post("/{id}/retry", status_code=201, responses=problem_schema(404, 409))
-async def retry_job(row: Existing, response: Response, services: Provided) -> Job:
+@router.post("/{id}/retry", status_code=201, responses=problem_schema(404, 409, 429))
+async def retry_job(row: Existing, response: Response, services: Provided, owner: Owner) -> Job:
     """Queue a new job that asks for the same as one that failed or was cancelled."""
-    return _queued(await to_thread.run_sync(service.retry, services, row), response, services)
+    return _queued(await to_thread.run_sync(service.retry, services, row, owner), response, services)
 
 
-@router.post("/{id}/extend", status_code=201, responses=problem_schema(404, 409))
-async def extend_job(row: Existing, asked: JobExtension, response: Response, services: Provided) -> Job:
+@router.post("/{id}/extend", status_code=201, responses=problem_schema(404, 409, 429))
+async def extend_job(row: Existing, asked: JobExtension, response: Response, services: Provided, owner: Owner) -> Job:
     """Queue a new job that goes on from the samples of one that has succeeded, to a stricter contract."""
-    return _queued(await to_thread.run_sync(service.extend, services, row, asked.stop), response, services)
+    return _queued(await to_thread.run_sync(service.extend, services, row, asked.stop, owner), response, services)
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))

@@ -3,6 +3,8 @@ nothing."""
 
 from __future__ import annotations
 
+import json
+import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,29 +26,47 @@ from sqlalchemy import (
     update,
 )
 
+from woodcock.scene import UPLOADED
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.states import FINAL, State
 from woodcock_server.paging import fetch_page
-from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_tags, jobs
+from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_files, job_tags, jobs
 
 #: A job: its columns and its tags.
 Row: TypeAlias = Mapping[str, Any]
 
 #: What a job that is asked for is asked for with, where nothing is said.
-PLAIN: Row = {"priority": 0, "reference": None, "comparison": None, "retry_of": None, "extends": None}
+PLAIN: Row = {
+    "owner": "",
+    "pinned": False,
+    "priority": 0,
+    **dict.fromkeys(("reference", "comparison", "retry_of", "extends")),
+}
+#: Ids of uploaded files, in whatever names them.
+UPLOADS = re.compile(rf"{UPLOADED}[0-9a-f]{{64}}")
 #: How far a new job is.
 NOTHING: Row = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent": {}}
 
 
 def add(connection: Connection, asked: Row, now: datetime, job_id: str | None = None) -> str:
     """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags and what PLAIN and NOTHING
-    have."""
+    have. Raises sqlalchemy.exc.IntegrityError where a file that it names is no more."""
     job_id, columns = job_id or new_id(), {**PLAIN, **NOTHING, **asked}
-    tags = columns.pop("tags", ())
-    connection.execute(insert(jobs).values(id=job_id, state=State.QUEUED, created_at=now, token=0, **columns))
+    tags, scene = columns.pop("tags", ()), columns["scene"]
+    columns |= {"id": job_id, "state": State.QUEUED, "created_at": now, "token": 0, "paths": paths(scene)}
+    connection.execute(insert(jobs).values(columns))
     _record(connection, job_id, State.QUEUED)
     _tag(connection, job_id, tags)
+    named = set(UPLOADS.findall(json.dumps([scene, columns["reference"]])))
+    if rows := [{"job_id": job_id, "file": file} for file in sorted(named)]:
+        connection.execute(insert(job_files), rows)
     return job_id
+
+
+def paths(scene: Row) -> int:
+    """Samples × pixels that a scene (JSON) asks for; 0 where its contract is of something else."""
+    samples = scene["stop"].get("samples", 0)
+    return int(samples * scene["film"]["width"] * scene["film"]["height"])
 
 
 def get(connection: Connection, job_id: str) -> Row | None:
@@ -56,11 +76,12 @@ def get(connection: Connection, job_id: str) -> Row | None:
 
 @dataclass(frozen=True)
 class Filter:
-    """Which jobs are meant, where something is said: states, any of these; tag; text: a part of the name, in letters of
-    any case; since, before: of their creation."""
+    """Which jobs are meant, where something is said: states, any of these; tag; owner; text: a part of the name, in
+    letters of any case; since, before: of their creation."""
 
     states: Collection[State] = ()
     tag: str | None = None
+    owner: str | None = None
     text: str | None = None
     since: datetime | None = None
     before: datetime | None = None
@@ -71,6 +92,8 @@ class Filter:
             yield jobs.c.state.in_(self.states)
         if self.tag is not None:
             yield exists().where(job_tags.c.job_id == jobs.c.id, job_tags.c.tag == self.tag)
+        if self.owner is not None:
+            yield jobs.c.owner == self.owner
         if self.text is not None:
             yield jobs.c.name.icontains(self.text, autoescape=True)
         if self.since is not None:
@@ -104,9 +127,20 @@ def cancel(connection: Connection, job_id: str, now: datetime) -> bool:
     )
 
 
-def remove(connection: Connection, job_id: str) -> bool:
+def remove(connection: Connection, job_id: str, unless_pinned: bool = False) -> bool:
     """Forget a job that has ended; False for one that has not."""
-    return connection.execute(delete(jobs).where(jobs.c.id == job_id, jobs.c.state.in_(FINAL))).rowcount == 1
+    goes = [jobs.c.id == job_id, jobs.c.state.in_(FINAL), *([~jobs.c.pinned] if unless_pinned else [])]
+    return connection.execute(delete(jobs).where(*goes)).rowcount == 1
+
+
+def unmeasured(connection: Connection) -> list[str]:
+    """Jobs that have ended, and of which nobody knows how much room they take."""
+    return list(connection.execute(select(jobs.c.id).where(jobs.c.state.in_(FINAL), jobs.c.size.is_(None))).scalars())
+
+
+def measured(connection: Connection, job_id: str, size: int) -> None:
+    """A job's files take so many bytes."""
+    connection.execute(update(jobs).where(jobs.c.id == job_id).values(size=size))
 
 
 def users(connection: Connection, job_id: str) -> list[str]:
@@ -134,21 +168,33 @@ def events(connection: Connection, job_id: str, after: int) -> Sequence[RowMappi
 
 # For dispatchers
 
+#: Over how long owners get equal shares of rendering time.
+FAIR_OVER = timedelta(days=1)
+
 
 def next_claimable(connection: Connection, now: datetime, devices: Collection[str]) -> str | None:
-    """The oldest of the highest priority that waits, or whose holder let its lease run out, and that asks for one of
-    these devices.
+    """A job that waits, or whose holder let its lease run out, and that asks for one of these devices: of the highest
+    priority; of these, of the owner who was rendered for least; of these, the oldest.
 
     devices: ids, and ANY if jobs may be claimed that ask for none.
     """
-    claimable = select(jobs.c.id).where(_claimable(now), jobs.c.device.in_(devices))
-    return connection.execute(claimable.order_by(jobs.c.priority.desc(), jobs.c.id).limit(1)).scalar()
+    had = (
+        select(jobs.c.owner, func.sum(jobs.c.seconds).label("seconds"))
+        .where(jobs.c.started_at > now - FAIR_OVER)
+        .group_by(jobs.c.owner)
+        .subquery()
+    )
+    claimable = select(jobs.c.id).outerjoin(had, had.c.owner == jobs.c.owner)
+    turns = jobs.c.priority.desc(), func.coalesce(had.c.seconds, 0.0), jobs.c.id
+    return connection.execute(
+        claimable.where(_claimable(now), jobs.c.device.in_(devices)).order_by(*turns).limit(1)
+    ).scalar()
 
 
-def claim(connection: Connection, job_id: str, owner: str, now: datetime, lease: timedelta) -> Row | None:
+def claim(connection: Connection, job_id: str, holder: str, now: datetime, lease: timedelta) -> Row | None:
     """Take the job under a new token; None if another was faster."""
     started = func.coalesce(jobs.c.started_at, literal(now, UtcDateTime))
-    values = {"token": jobs.c.token + 1, "owner": owner, "lease_until": now + lease, "started_at": started}
+    values = {"token": jobs.c.token + 1, "holder": holder, "lease_until": now + lease, "started_at": started}
     taken = _move(connection, job_id, State.RUNNING, _claimable(now), **values)
     return get(connection, job_id) if taken else None
 
@@ -177,7 +223,7 @@ def abandoned(connection: Connection, now: datetime) -> list[tuple[str, int]]:
 
 
 #: Of a job that no dispatcher holds.
-NOBODY: dict[str, Any] = {"owner": None, "lease_until": None}
+NOBODY: dict[str, Any] = {"holder": None, "lease_until": None}
 
 
 def _move(connection: Connection, job_id: str, state: State, *where: ColumnElement[bool], **values: Any) -> bool:

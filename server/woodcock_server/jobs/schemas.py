@@ -31,7 +31,8 @@ Priority = Annotated[int, Field(ge=-100, le=100)]
 class JobCreate(BaseModel):
     """A request to render.
 
-    tags: words to find it by; priority: jobs of a higher one are rendered first, those of the same in turn.
+    tags: words to find it by; priority: jobs of a higher one are rendered first; of the same, those of whoever had
+    least lately, in turn. pinned: it is not deleted for its age or for want of room.
     device: `any` for all that are trusted, or the id of the one that is to render it alone, trusted or not.
     reference: what the picture is held against as it is rendered, of the same size: the id of a job that has succeeded,
     or that of an uploaded picture (sha256:…).
@@ -43,6 +44,7 @@ class JobCreate(BaseModel):
     name: Name = ""
     tags: Tags = ()
     priority: Priority = 0
+    pinned: bool = False
     device: Annotated[str, Field(max_length=64)] = ANY
     reference: Annotated[str, Field(max_length=71)] | None = None
 
@@ -55,6 +57,7 @@ class JobChange(BaseModel):
     name: Name = ""
     tags: Tags = ()
     priority: Priority = 0
+    pinned: bool = False
 
     @property
     def columns(self) -> dict[str, Any]:
@@ -84,6 +87,8 @@ class Links(BaseModel):
 class JobSummary(BaseModel):
     """A job without its scene.
 
+    owner: of the token that asked for it, empty where none was needed; pinned: it stays, however old it is.
+
     seconds: rendering time so far; rmse: estimated standard error of a pixel's luminance, in the scene's radiance;
     integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
     (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
@@ -93,9 +98,11 @@ class JobSummary(BaseModel):
     """
 
     id: str
+    owner: str
     name: str
     tags: list[str]
     priority: int
+    pinned: bool
     state: State
     waiting: str | None
     created_at: datetime

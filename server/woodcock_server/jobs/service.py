@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from anyio import to_thread
 from fastapi import HTTPException
@@ -22,22 +22,22 @@ from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobEven
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
 from woodcock_server.services import Services
-from woodcock_server.storage import Storage
 from woodcock_server.volumes.check import check_scene
 
 #: A job that another server renders announces nothing here: its row is looked at this often, seconds.
 LOOK_EVERY = 2.0
 
 
-def create(services: Services, request: JobCreate, key: str | None = None) -> Job:
-    """Commit a new job to the queue. key: under which the request may come twice. Raises InvalidRequest."""
+def create(services: Services, request: JobCreate, owner: str, key: str | None = None) -> Job:
+    """Commit a new job to the queue. key: under which the request may come twice. Raises InvalidRequest, TooMuch."""
     if key is not None and (first := _first_answer(services, request, key)):
         return first
-    check_request(services.engine, services.storage, services.devices, request)
-    now = datetime.now(UTC)
+    check_request(services, request)
+    now, asked = datetime.now(UTC), {**request.model_dump(mode="json"), "owner": owner}
+    admit(services, owner, [asked["scene"]])
     try:
         with services.engine.begin() as connection:
-            job_id = repository.add(connection, request.model_dump(mode="json"), now)
+            job_id = repository.add(connection, asked, now)
             made = described(connection, services.dispatcher, existing(connection, job_id))
             if key is not None:
                 idempotency.keep(connection, key, request, made, now)
@@ -45,8 +45,15 @@ def create(services: Services, request: JobCreate, key: str | None = None) -> Jo
         # The same request came in at the same time, and was faster.
         if key is not None and (first := _first_answer(services, request, key)):
             return first
+        check_request(services, request)  # A file that the scene names may have gone in between.
         raise
     return made
+
+
+def admit(services: Services, owner: str, scenes: Sequence[Mapping[str, Any]]) -> None:
+    """Raises TooMuch, and InvalidRequest, for more than the owner may have."""
+    with services.engine.connect() as connection:
+        services.limits.check(connection, owner, scenes)
 
 
 def _first_answer(services: Services, request: JobCreate, key: str) -> Job | None:
@@ -79,20 +86,21 @@ def cancel(services: Services, job_id: str) -> Job:
         return described(connection, services.dispatcher, row)
 
 
-def retry(services: Services, row: repository.Row) -> Job:
-    """A new job that asks for the same. Raises Conflict, InvalidRequest."""
+def retry(services: Services, row: repository.Row, owner: str) -> Job:
+    """A new job that asks for the same. Raises Conflict, InvalidRequest, TooMuch."""
     if row["state"] not in (State.FAILED, State.CANCELLED):
         raise Conflict(f"Job {row['id']} is {row['state']}. Only one that failed or was cancelled can be tried again.")
     request = JobCreate.model_validate({key: row[key] for key in JobCreate.model_fields})
-    check_request(services.engine, services.storage, services.devices, request)
+    check_request(services, request)
+    asked = {**request.model_dump(mode="json"), "retry_of": row["id"], "owner": owner}
+    admit(services, owner, [asked["scene"]])
     with services.engine.begin() as connection:
-        asked = {**request.model_dump(mode="json"), "retry_of": row["id"]}
         job_id = repository.add(connection, asked, datetime.now(UTC))
         return described(connection, services.dispatcher, existing(connection, job_id))
 
 
-def extend(services: Services, row: repository.Row, stop: Stop) -> Job:
-    """A new job that goes on from the samples of one that has succeeded. Raises Conflict, InvalidRequest."""
+def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> Job:
+    """A new job that goes on from the samples of one that has succeeded. Raises Conflict, InvalidRequest, TooMuch."""
     old = row["id"]
     if row["state"] != State.SUCCEEDED:
         raise Conflict(f"Job {old} is {row['state']}. Only one that has succeeded can be gone on from.")
@@ -100,13 +108,14 @@ def extend(services: Services, row: repository.Row, stop: Stop) -> Job:
     _check_stricter(before.stop, stop)
     asked = {key: row[key] for key in JobCreate.model_fields} | {"scene": before.model_copy(update={"stop": stop})}
     request = JobCreate.model_validate(asked)
-    check_request(services.engine, services.storage, services.devices, request)
+    check_request(services, request)
+    done = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
+    columns = {**request.model_dump(mode="json"), **done, "extends": old, "owner": owner}
+    admit(services, owner, [columns["scene"]])
     job_id = new_id()
     if not services.storage.hand_on(old, job_id):
         raise Conflict(f"Job {old} has no samples to go on from: it ended under a version that kept none.")
-    done = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
     with services.engine.begin() as connection:
-        columns = {**request.model_dump(mode="json"), **done, "extends": old}
         repository.add(connection, columns, datetime.now(UTC), job_id)
         return described(connection, services.dispatcher, existing(connection, job_id))
 
@@ -145,13 +154,13 @@ def delete(services: Services, row: repository.Row) -> None:
     services.storage.remove_job(job_id)
 
 
-def check_request(engine: Engine, storage: Storage, devices: Sequence[Found], request: JobCreate) -> None:
+def check_request(services: Services, request: JobCreate) -> None:
     """Raises InvalidRequest for what cannot be rendered here."""
-    _check_device(devices, request.device)
-    check_scene(engine, request.scene)
+    _check_device(services.devices, request.device)
+    check_scene(services.engine, request.scene)
     _check_denoiser(request.scene)
     if request.reference is not None:
-        reference.check(engine, storage, request.scene, request.reference)
+        reference.check(services.engine, services.storage, request.scene, request.reference)
 
 
 def _check_device(devices: Sequence[Found], asked: str) -> None:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, HTTPException, Query, Request, Response
 
+from woodcock_server.access.guard import Owner
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided
@@ -20,19 +21,20 @@ _BODY = {"required": True, "content": {"application/octet-stream": {"schema": {"
 @router.post(
     "",
     status_code=201,
-    responses={200: {"model": Volume, "description": "It was there."}, **problem_schema(413)},
+    responses={200: {"model": Volume, "description": "It was there."}, **problem_schema(413, 429)},
     openapi_extra={"requestBody": _BODY},
 )
 async def upload_volume(
     request: Request,
     response: Response,
     services: Provided,
+    owner: Owner,
     name: Annotated[str, Query(min_length=1, max_length=200, description="File name to show.")],
 ) -> Volume:
     """Upload a file that scenes may name, as the request's body: a volume, a mesh or a picture, told apart by their
     content. The same content is stored once.
     """
-    row, new = await service.receive(services.engine, services.storage, name, request.stream())
+    row, new = await service.receive(services, owner, name, request.stream())
     response.status_code = 201 if new else 200
     response.headers["Location"] = f"{router.prefix}/{row['id']}"
     return volume(row)

@@ -3,45 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
 
 from anyio import to_thread
-from sqlalchemy import Engine, RowMapping
+from sqlalchemy import RowMapping
 from sqlalchemy.exc import IntegrityError
 
 from woodcock_server.problems import Fault, InvalidRequest
-from woodcock_server.storage import Storage, Upload
+from woodcock_server.services import Services
+from woodcock_server.storage import Upload
 from woodcock_server.volumes import contents, repository
 
 
-async def receive(engine: Engine, storage: Storage, name: str, chunks: AsyncIterator[bytes]) -> tuple[RowMapping, bool]:
+async def receive(services: Services, owner: str, name: str, chunks: AsyncIterator[bytes]) -> tuple[RowMapping, bool]:
     """Store a file; returns its row and whether it is new.
 
-    Raises InvalidRequest for a file that cannot be read; nothing stays of it.
+    Raises InvalidRequest for a file that cannot be read, TooMuch for more than the owner may keep; nothing stays of it.
     """
-    with storage.upload() as upload:
+    await to_thread.run_sync(_admit, services, owner, 0)
+    with services.storage.upload() as upload:
         async for chunk in chunks:
             await to_thread.run_sync(upload.write, chunk)
-        return await to_thread.run_sync(_keep, engine, storage, upload, name)
+        return await to_thread.run_sync(_keep, services, owner, upload, name)
 
 
-def _keep(engine: Engine, storage: Storage, upload: Upload, name: str) -> tuple[RowMapping, bool]:
-    volume_id = f"sha256:{upload.finish()}"
-    with engine.connect() as connection:
-        known = repository.get(connection, volume_id)
-    if known is not None and storage.volume_file(volume_id).exists():
-        return known, False
-    try:
-        found = contents.read(upload.path)
-    except contents.UnreadableFile as error:
-        raise InvalidRequest(f"{name}: {error}", Fault(field="body", message=str(error))) from None
-    storage.keep_volume(upload.path, volume_id)
-    new = True
-    try:
-        with engine.begin() as connection:
-            repository.add(connection, volume_id, name, upload.size, found)
-    except IntegrityError:  # The same bytes came in twice at once, or their file had gone.
+def _admit(services: Services, owner: str, size: int) -> None:
+    with services.engine.connect() as connection:
+        services.limits.check_room(connection, owner, size)
+
+
+def _keep(services: Services, owner: str, upload: Upload, name: str) -> tuple[RowMapping, bool]:
+    volume_id, path = f"sha256:{upload.finish()}", upload.path
+    if not (_used_again(services, volume_id) and services.storage.volume_file(volume_id).exists()):
+        _admit(services, owner, upload.size)
+        try:
+            found = contents.read(path)
+        except contents.UnreadableFile as error:
+            raise InvalidRequest(f"{name}: {error}", Fault(field="body", message=str(error))) from None
+        new = _stored(services, path, volume_id, {"owner": owner, "name": name, "size": upload.size, **found})
+    else:
         new = False
-    with engine.connect() as connection:
+    with services.engine.connect() as connection:
         row = repository.get(connection, volume_id)
-    assert row is not None, "volumes are never deleted"
+    assert row is not None, "what was used just now is not collected"
     return row, new
+
+
+def _stored(services: Services, path: Path, volume_id: str, columns: dict[str, Any]) -> bool:
+    """Bring a file to its place, and its row with it; is that new?"""
+    while True:
+        try:
+            # The row first: as long as it is being written nobody collects the file.
+            with services.engine.begin() as connection:
+                new = not repository.use(connection, volume_id)
+                if new:
+                    repository.add(connection, volume_id, columns)
+                services.storage.keep_volume(path, volume_id)
+            return new
+        except IntegrityError:  # The same bytes came in twice at once.
+            continue
+
+
+def _used_again(services: Services, volume_id: str) -> bool:
+    """The row is there, and stays for as long as what is new does."""
+    with services.engine.begin() as connection:
+        return repository.use(connection, volume_id)

@@ -15,7 +15,7 @@ import time
 import weakref
 from contextlib import suppress
 from functools import cache
-from typing import IO
+from typing import IO, Literal
 
 from woodcock.device import Device, DeviceError, find
 from woodcock.formats import VolumeError
@@ -37,7 +37,8 @@ LONGEST_BUILD_SECONDS = 600.0
 
 
 class Start:
-    """renderer: renders at once; own: by the scene's own program, no longer by the generic one.
+    """renderer: renders at once; own: by the scene's own program, no longer by the generic one; found: how that began:
+    the own program was built before (`cached`), is built now (`built`), or the generic one takes its place (`generic`).
 
     The two programs use random numbers differently: samples that the generic one rendered are right, but others.
     """
@@ -48,7 +49,8 @@ class Start:
         began = time.perf_counter()
         read = cache(read_file)
         layout = lay_out(scene, read)
-        self.own = layout.integrator != SLOW or self._is_built(layout)
+        cached = self._is_built(layout)
+        self.own = cached or layout.integrator != SLOW
         if not self.own:
             generic = widen(scene, read)
             self.own = not self._is_built(generic)
@@ -60,6 +62,7 @@ class Start:
                 self.own = True
         if self.own:
             self.renderer = Renderer(scene, device, layout=layout)
+        self.found: Literal["cached", "built", "generic"] = "cached" if cached else "built" if self.own else "generic"
         self._wanted = None if self.own else layout
         self._build: Build | None = None
         ready = self.renderer.seconds

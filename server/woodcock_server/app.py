@@ -19,6 +19,7 @@ from woodcock_server import cluster, preparation, problems
 from woodcock_server.access import endpoints as sessions
 from woodcock_server.access import guard
 from woodcock_server.access.origin import LOOPBACK, SameOrigin
+from woodcock_server.access.rate import RateLimit
 from woodcock_server.comparisons import endpoints as comparisons
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
@@ -64,9 +65,9 @@ def create_app(settings: Settings) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         found = await to_thread.run_sync(discover)
         ready = [device.id for device in found if device.ready]
-        async with cluster.embedded(ready, storage.scratch) as client:
+        async with cluster.embedded(ready, storage.scratch, settings.worker_memory) as client:
             checks = Checks(engine, client, found)
-            dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings.lease_seconds, metrics)
+            dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings, metrics)
             preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
             sweeping = sweeper.running(engine, storage, rule)
             async with checks.running(), dispatcher.running(), preparing, sweeping:
@@ -91,7 +92,7 @@ def create_app(settings: Settings) -> FastAPI:
         summary="Renders participating media.",
         version=__version__,
         lifespan=lifespan,
-        responses=problems.problem_schema(421, 422, 500),
+        responses=problems.problem_schema(421, 422, 429, 500),
     )
     problems.install(app)
     uploads = volumes.router.prefix
@@ -109,6 +110,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/web", gallery.static)
     app.add_api_route("/healthz", healthz, methods=["GET"], tags=["health"])
     app.add_api_route("/readyz", readyz, methods=["GET"], responses=problems.problem_schema(503), tags=["health"])
+    app.add_middleware(RateLimit, rate=settings.request_rate)
     app.add_middleware(CountRequests, metrics=metrics)
     app.add_middleware(SameOrigin, names=_names(settings))
     return app

@@ -41,7 +41,7 @@ class Claim:
             try:
                 return await in_thread(Film.load, path)
             except FilmError as error:
-                log.error("checkpoint lost, starting again", job=self.id, reason=str(error))
+                log.error("checkpoint lost, starting again", reason=str(error))
         return None
 
     async def keep(self, film: Film) -> None:

@@ -22,6 +22,7 @@ log = structlog.get_logger()
 DEATHS_ALLOWED = 3
 
 SUPERVISION_SECONDS = 5.0
+RESTART_SECONDS = 30.0
 
 
 def resource(device_id: str) -> dict[str, int]:
@@ -44,9 +45,22 @@ async def ask(client: Client, device_id: str, key: str, function: Callable[..., 
         future.release()  # type: ignore[no-untyped-call]
 
 
+async def restart(client: Client, device_id: str) -> None:
+    """Kill the process of a device's worker, whatever it is doing; a new one takes its place."""
+    assert client.scheduler is not None, "the client is connected"
+    scheduler = await client.scheduler.identity(n_workers=-1)
+    bound = resource(device_id)
+    workers = [address for address, one in scheduler["workers"].items() if one["resources"].keys() == bound.keys()]
+    log.warning("worker killed", device=device_id)
+    await client.restart_workers(workers, timeout=RESTART_SECONDS, raise_for_error=False)
+
+
 @asynccontextmanager
-async def embedded(device_ids: Sequence[str], scratch: Path) -> AsyncIterator[Client]:
-    """A client of a cluster inside this process, its workers in processes of their own; a nanny restarts a dead one."""
+async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> AsyncIterator[Client]:
+    """A client of a cluster inside this process, its workers in processes of their own; a nanny restarts a dead one.
+
+    memory: bytes; a worker that takes more is killed.
+    """
     # Each part also opens an HTTP server, wanted or not: on the loopback, on any port, with nothing to serve.
     http = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     # Whoever can speak to a scheduler or a worker runs code in it. Only who has this start's certificate can, which
@@ -57,8 +71,7 @@ async def embedded(device_ids: Sequence[str], scratch: Path) -> AsyncIterator[Cl
         **local,
         "nthreads": 1,
         "preload": [worker.__name__],
-        # A volume may take most of the memory: no limit at which a nanny would kill the worker.
-        "memory_limit": 0,
+        "memory_limit": memory,
         "local_directory": str(scratch),
         "silence_logs": logging.WARNING,
     }
@@ -67,6 +80,9 @@ async def embedded(device_ids: Sequence[str], scratch: Path) -> AsyncIterator[Cl
     }
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS_ALLOWED,
+        # What takes the memory is a scene, of which nothing can be put aside: up to the limit all is well.
+        **{f"distributed.worker.memory.{step}": False for step in ("target", "spill", "pause")},
+        "distributed.worker.memory.terminate": 1.0,
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
     }

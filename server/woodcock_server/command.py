@@ -15,9 +15,13 @@ from pydantic import ValidationError
 from woodcock_server import logs
 from woodcock_server.access.guard import Exposed
 from woodcock_server.app import create_app
+from woodcock_server.check_config import Fault
+from woodcock_server.check_config import check as check_config_of
 from woodcock_server.config import Settings
 from woodcock_server.usable import usable
 
+#: Who takes nothing of what is sent to it for so long is gone, seconds.
+SILENT_SECONDS = 60
 #: How long requests may take to end when the server stops, seconds.
 GRACE_SECONDS = 5
 
@@ -47,6 +51,9 @@ def serve(
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Ask nobody for a token, also where other machines reach the service.")
     ] = False,
+    check_config: Annotated[
+        bool, typer.Option("--check-config", help="Say whether the service would start, and with what; change nothing.")
+    ] = False,
 ) -> None:
     """Run the service and its gallery until Ctrl-C.
 
@@ -66,6 +73,12 @@ def serve(
     except OSError as error:
         typer.echo(_explain(error, settings), err=True)
         raise typer.Exit(2) from None
+    if check_config:
+        listening.close()
+        said = list(check_config_of(settings))
+        for sentence in said:
+            typer.echo(sentence, err=isinstance(sentence, Fault))
+        raise typer.Exit(2 if any(isinstance(sentence, Fault) for sentence in said) else 0)
     with listening:
         try:
             with usable(settings):
@@ -73,7 +86,7 @@ def serve(
         except Exposed as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(2) from None
-        logs.configure()
+        logs.configure(settings.log_format)
         server = Server(uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=GRACE_SECONDS))
         try:
             asyncio.run(server.serve([listening]))
@@ -89,6 +102,10 @@ def _listen(host: str, port: int) -> socket.socket:
     listening = socket.socket(family, kind, protocol)
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # Connections have it from here: a reader that stands still is dropped by the kernel, which buffers some MB for
+        # it; nothing else is kept for any.
+        if hasattr(socket, "TCP_USER_TIMEOUT"):
+            listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, SILENT_SECONDS * 1000)
         listening.bind(address)
         listening.set_inheritable(False)
     except OSError:

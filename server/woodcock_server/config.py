@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
+from distributed.system import MEMORY_LIMIT
 from platformdirs import user_data_path
 from pydantic import ByteSize, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -27,6 +28,12 @@ class Settings(BaseSettings):
         "it listens there, else any.",
     )
     insecure: bool = Field(default=False, description="Ask nobody for a token, wherever the service listens.")
+    request_rate: Annotated[float, Field(gt=0)] = Field(
+        default=100.0, description="Requests a second that one address may make; ten seconds' worth at once."
+    )
+    log_format: Literal["console", "json"] = Field(
+        default="console", description="Logs for people, or a JSON object a line for what collects them."
+    )
     upload_limit: ByteSize = Field(default=ByteSize(4 << 30), description="Largest upload accepted, e.g. `4GiB`.")
     database_url: str | None = Field(
         default=None, description="SQLAlchemy URL of the database; by default `woodcock.sqlite` in the data folder."
@@ -48,6 +55,15 @@ class Settings(BaseSettings):
     )
     owner_storage: ByteSize | None = Field(
         default=None, description="Most that one owner's uploads and renders may take, e.g. `100GiB`."
+    )
+    range_seconds: Annotated[float, Field(gt=0)] = Field(
+        default=1800.0,
+        description="Longest that a device may take for one range of samples, or to build a program, before it is "
+        "killed; ranges are made to take about one second.",
+    )
+    worker_memory: ByteSize = Field(
+        default=ByteSize(MEMORY_LIMIT * 9 // 10),
+        description="Most memory that a worker process may take before it is killed, e.g. `32GiB`.",
     )
     prepare: bool = Field(
         default=True,

@@ -6,10 +6,12 @@ A transaction either reads or begins with its write: SQLite refuses a reader tha
 from __future__ import annotations
 
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from alembic import command
 from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url, text
 from sqlalchemy.exc import ArgumentError
 
@@ -19,6 +21,20 @@ MIGRATING = 0x0D0C0C
 
 def open_database(url: str) -> Engine:
     """An engine whose schema is up to date. Raises sqlalchemy.exc.SQLAlchemyError."""
+    engine = connect(url)
+    # Servers that start together must not migrate together: a lock first, SQLite's own for writing or one by number.
+    with engine.execution_options(immediate=True).begin() as connection:
+        if engine.dialect.name == "postgresql":
+            connection.execute(text(f"SELECT pg_advisory_xact_lock({MIGRATING})"))
+        revision(connection)
+        config = alembic_config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+    return engine
+
+
+def connect(url: str) -> Engine:
+    """An engine for the database as it is. Raises sqlalchemy.exc.SQLAlchemyError."""
     named = _with_driver(url)
     try:
         engine = create_engine(named, pool_pre_ping=True)
@@ -28,14 +44,27 @@ def open_database(url: str) -> Engine:
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _configure_sqlite)
         event.listen(engine, "begin", _begin_sqlite)
-    # Servers that start together must not migrate together: a lock first, SQLite's own for writing or one by number.
-    with engine.execution_options(immediate=True).begin() as connection:
-        if engine.dialect.name == "postgresql":
-            connection.execute(text(f"SELECT pg_advisory_xact_lock({MIGRATING})"))
-        config = alembic_config()
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")
     return engine
+
+
+class Revision(NamedTuple):
+    """found: of the database, None for an empty one; head: of this version."""
+
+    found: str | None
+    head: str | None
+
+    @property
+    def current(self) -> bool:
+        return self.found == self.head
+
+
+def revision(connection: Connection) -> Revision:
+    """Of the schema. Raises sqlalchemy.exc.ArgumentError for one of a newer version of this program."""
+    scripts = ScriptDirectory.from_config(alembic_config())
+    found = MigrationContext.configure(connection).get_current_revision()
+    if found is not None and found not in {script.revision for script in scripts.walk_revisions()}:
+        raise ArgumentError(f"it is of a newer version of Woodcock, whose revision {found} this one does not know")
+    return Revision(found, scripts.get_current_head())
 
 
 def _with_driver(url: str) -> URL:

@@ -20,12 +20,14 @@ from woodcock.formats import VolumeError
 from woodcock.image import ImageError
 from woodcock.scene import SceneError
 from woodcock_server.claim import Claim, LeaseLost
+from woodcock_server.config import Settings
 from woodcock_server.devices.checks import Checks
+from woodcock_server.errands import DeviceLostError, RenderError
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
 from woodcock_server.metrics import Metrics
-from woodcock_server.rendering import RenderError, Rendering
+from woodcock_server.rendering import Rendering
 from woodcock_server.storage import Storage
 from woodcock_server.threads import in_thread
 
@@ -46,12 +48,12 @@ class Dispatcher:
         client: Client,
         devices: Sequence[str],
         checks: Checks,
-        lease: float,
+        settings: Settings,
         metrics: Metrics,
     ) -> None:
         self._engine, self._storage, self._changes = engine, storage, changes
         self._client, self._devices, self._checks = client, devices, checks
-        self._lease, self._metrics = timedelta(seconds=lease), metrics
+        self._lease, self._settings, self._metrics = timedelta(seconds=settings.lease_seconds), settings, metrics
         self._holder = f"{socket.gethostname()}:{os.getpid()}"
         self._work, self._look = asyncio.Event(), asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -133,14 +135,15 @@ class Dispatcher:
             self._metrics.claimed(row, datetime.now(UTC))
             self._checks.occupy(devices)
             claim = Claim(self._engine, self._storage, self._changes, row)
-            job = Rendering(claim, self._storage, self._client, devices, self._metrics)
-            try:
-                await self._attempt(job)
-            except LeaseLost:
-                if await claim.let_go():
-                    log.info("job cancelled", job=claim.id)
-                else:
-                    log.warning("job lost to another dispatcher", job=claim.id)
+            job = Rendering(claim, self._storage, self._client, devices, self._metrics, self._settings)
+            with structlog.contextvars.bound_contextvars(job=claim.id):
+                try:
+                    await self._attempt(job)
+                except LeaseLost:
+                    if await claim.let_go():
+                        log.info("job cancelled")
+                    else:
+                        log.warning("job lost to another dispatcher")
             return True
         finally:
             self._checks.occupy(())
@@ -178,19 +181,23 @@ class Dispatcher:
                 await _end(rendering)
                 lease.result()
             rendering.result()
+            self._checks.worked(job.devices)
         except asyncio.CancelledError:
             await _end(rendering)
             try:
                 await job.put_back()
             except Exception as error:  # Its lease runs out instead.
-                log.warning("job not put back", job=job.claim.id, reason=repr(error))
+                log.warning("job not put back", reason=repr(error))
             raise
+        except DeviceLostError as error:
+            await self._checks.lost(error.device, job.claim.id, str(error))
+            await job.fail(str(error))
         except (RenderError, DeviceError, VolumeError, ImageError, SceneError, DenoiseError) as error:
             await job.fail(str(error))
         except (LeaseLost, SQLAlchemyError):
             raise
         except Exception as error:
-            log.exception("rendering broke off", job=job.claim.id)
+            log.exception("rendering broke off")
             await job.fail(f"The renderer stopped unexpectedly: {type(error).__name__}: {error}")
         finally:
             await _end(lease)

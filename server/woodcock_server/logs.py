@@ -1,16 +1,19 @@
-"""Logs for people, on standard error: this service's through structlog, everyone else's through the same formatter."""
+"""Logs on standard error, for people or as JSON: this service's through structlog, others through its formatter."""
 
 from __future__ import annotations
 
 import logging
 import logging.config
 import sys
+from typing import Literal
 
 import structlog
 
 
-def configure() -> None:
+def configure(format: Literal["console", "json"]) -> None:
+    """console: for people; json: an object a line."""
     shared: list[structlog.typing.Processor] = [
+        structlog.contextvars.merge_contextvars,  # the job that is rendered
         structlog.stdlib.add_log_level,
         structlog.processors.TimeStamper(fmt="iso", utc=True),
     ]
@@ -19,14 +22,22 @@ def configure() -> None:
         logger_factory=structlog.stdlib.LoggerFactory(),
         cache_logger_on_first_use=True,
     )
+    renderers: list[structlog.typing.Processor] = [
+        structlog.processors.format_exc_info,
+        structlog.processors.JSONRenderer(),
+    ]
+    if format == "console":
+        renderers = [
+            structlog.dev.ConsoleRenderer(
+                colors=sys.stderr.isatty(), pad_event_to=28, exception_formatter=structlog.dev.plain_traceback
+            )
+        ]
     formatter = {
         "()": structlog.stdlib.ProcessorFormatter,
         "foreign_pre_chain": shared,
         "processors": [
             structlog.stdlib.ProcessorFormatter.remove_processors_meta,
-            structlog.dev.ConsoleRenderer(
-                colors=sys.stderr.isatty(), pad_event_to=28, exception_formatter=structlog.dev.plain_traceback
-            ),
+            *renderers,
         ],
     }
     logging.config.dictConfig(

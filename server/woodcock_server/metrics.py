@@ -5,6 +5,7 @@ Labels come from small sets: states, devices, stages, lines of the certificate, 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
@@ -14,6 +15,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 #: Upper ends of buckets, seconds: from a preview of a small scene to a night in the queue.
 SECONDS = (0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30, 60, 300, 1800, 7200, 36000)
+#: Of answers.
+REQUEST_SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 10)
 #: Of errors relative to the mean luminance: three a decade.
 ERRORS = (*(float(f"{digit}e{power}") for power in range(-5, 0) for digit in (1, 2, 5)), 1.0)
 #: Of efficiencies, whose scale is the scene's own: decades.
@@ -50,6 +53,11 @@ class Metrics:
             "Time for what is not rendering: read, build, upload (of all devices), merge, check, write.",
             ["stage"], registry=registry,
         )  # fmt: skip
+        self.programs = Counter(
+            "woodcock_programs",
+            "Programs that jobs began with: of the scene's own cached or built, or the generic one.",
+            ["found"], registry=registry,
+        )  # fmt: skip
         self.relative_error = Histogram(
             "woodcock_relative_error_ratio", "Estimated error of finished pictures over their mean luminance.",
             registry=registry, buckets=ERRORS,
@@ -67,8 +75,14 @@ class Metrics:
         self.requests = Counter(
             "woodcock_http_requests", "Answers, by route and status.", ["route", "status"], registry=registry
         )
+        self.request_seconds = Histogram(
+            "woodcock_http_request_seconds", "Until an answer begins, by route.", ["route"], registry=registry,
+            buckets=REQUEST_SECONDS,
+        )  # fmt: skip
         for outcome in ("succeeded", "failed"):
             self.finished.labels(outcome)
+        for found in ("cached", "built", "generic"):
+            self.programs.labels(found)
 
     def claimed(self, row: Mapping[str, Any], now: datetime) -> None:
         """A job leaves the queue; only its first claim counts, for what comes after is no waiting of its own."""
@@ -79,6 +93,11 @@ class Metrics:
         """A device rendered so many samples of single pixels."""
         self.samples.labels(device).inc(samples)
         self.render_seconds.labels(device).inc(seconds)
+
+    def prepared(self, found: str, seconds: Mapping[str, float]) -> None:
+        """A device is ready for a job. found: of woodcock.start.Start; seconds: of read, build and upload."""
+        self.programs.labels(found).inc()
+        self.spent(seconds)
 
     def spent(self, seconds: Mapping[str, float]) -> None:
         """Time went into these stages."""
@@ -104,7 +123,7 @@ class Metrics:
 
 
 class CountRequests:
-    """ASGI middleware: counts every answer when it begins."""
+    """ASGI middleware: counts and times every answer when it begins."""
 
     def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
         self.app = app
@@ -113,12 +132,13 @@ class CountRequests:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             return await self.app(scope, receive, send)
-        answered = False
+        answered, began = False, time.monotonic()
 
         def count(status: int) -> None:
             nonlocal answered
-            answered = True
-            self.metrics.requests.labels(_route(scope), str(status)).inc()
+            answered, route = True, _route(scope)
+            self.metrics.requests.labels(route, str(status)).inc()
+            self.metrics.request_seconds.labels(route).observe(time.monotonic() - began)
 
         async def counted(message: Message) -> None:
             if message["type"] == "http.response.start":

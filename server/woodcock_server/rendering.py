@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import structlog
 from distributed import Client
-from distributed.scheduler import KilledWorker
 from pydantic import ValidationError
 
 from woodcock import series
-from woodcock.contract import Piece
 from woodcock.denoise import require
 from woodcock.device import DeviceError
 from woodcock.film import Film
 from woodcock.reference import Reference
-from woodcock.report import Facts, Use
+from woodcock.report import Use
 from woodcock.scene import Scene, SceneError, explain, with_files
 from woodcock_server import results, worker
 from woodcock_server.books import Books
 from woodcock_server.claim import Claim
-from woodcock_server.cluster import ask
+from woodcock_server.config import Settings
+from woodcock_server.errands import Errands
 from woodcock_server.jobs import reference
 from woodcock_server.jobs.states import State
 from woodcock_server.metrics import Metrics
@@ -40,22 +38,26 @@ log = structlog.get_logger()
 PROGRESS_SECONDS = 1.0  # between previews and writes of the row
 CHECKPOINT_SECONDS = 2.0  # between writes of the Film: what a crash may cost
 
+T = TypeVar("T")
 #: As `worker.render_range` returns it.
 Rendered: TypeAlias = tuple[Film, float, str]
-
-
-class RenderError(RuntimeError):
-    """The job cannot be finished; the text says why, for the one who asked for it."""
 
 
 class Rendering:
     """A claimed job being rendered by every device of a cluster."""
 
     def __init__(
-        self, claim: Claim, storage: Storage, client: Client, devices: Sequence[str], metrics: Metrics
+        self,
+        claim: Claim,
+        storage: Storage,
+        client: Client,
+        devices: Sequence[str],
+        metrics: Metrics,
+        settings: Settings,
     ) -> None:
-        self.claim, row = claim, claim.row
-        self._storage, self._client, self._devices, self._metrics = storage, client, devices, metrics
+        self.claim, row, self.devices = claim, claim.row, devices
+        self._storage, self._metrics = storage, metrics
+        self._errands = Errands(client, f"{claim.id}-{claim.token}", settings)
         self._film: Film | None = None
         self._reference: Reference | None = None
         self._books = Books(row)
@@ -63,7 +65,6 @@ class Rendering:
         self._merging = asyncio.Lock()
         self._claimed_at = time.monotonic()
         self._turn = asyncio.Event()  # the next round has begun
-        self._asked = itertools.count()
         # Rendering time so far: of former attempts, and since this one's first device was ready.
         self._before: float = row["seconds"]
         self._since: float | None = None
@@ -87,18 +88,18 @@ class Rendering:
             self._reference = found.independent_of(self._scene.seed)
         await self._resume()
         kept = self.samples
-        log.info("job claimed", job=self.claim.id, token=self.claim.token, samples_kept=kept)
-        self._rounds = await in_thread(Rounds, self._scene, self._devices, self._film)
+        log.info("job claimed", token=self.claim.token, samples_kept=kept)
+        self._rounds = await in_thread(Rounds, self._scene, self.devices, self._film)
         try:
             async with asyncio.TaskGroup() as group:
-                for device in self._devices:
+                for device in self.devices:
                     group.create_task(self._drive(device))
         except ExceptionGroup as errors:
             raise errors.exceptions[0] from None
-        if self._film is None or (len(self._faults) == len(self._devices) and not self._rounds.over):
+        if self._film is None or (len(self._faults) == len(self.devices) and not self._rounds.over):
             raise self._faults[0]
         await self._finish(self._film)
-        log.info("job succeeded", job=self.claim.id, samples=self.samples, samples_rendered=self.samples - kept)
+        log.info("job succeeded", samples=self.samples, samples_rendered=self.samples - kept)
 
     def _read_scene(self) -> None:
         try:
@@ -106,7 +107,7 @@ class Rendering:
         except ValidationError as error:  # Committed by another version of this program.
             raise SceneError(explain(error.errors(include_url=False))) from None
         local = with_files(self._scene, lambda file: str(self._storage.volume_file(file)))
-        self._text = local.model_dump_json()
+        self._errands.scene = local.model_dump_json()
 
     async def _resume(self) -> None:
         """Go on from the checkpoint, with what the row says of it."""
@@ -127,7 +128,7 @@ class Rendering:
             while not self._rounds.over:
                 self._hand_out(device, pieces)
                 if pieces:
-                    film, seconds, program = await pieces[0]
+                    film, seconds, program = await self._errands.in_time(device, pieces[0])
                     pieces.popleft()
                     self._rounds.rendered(device, seconds)
                     self._hand_out(device, pieces)
@@ -143,38 +144,26 @@ class Rendering:
 
     def _hand_out(self, device: str, pieces: deque[asyncio.Task[Rendered]]) -> None:
         while piece := self._rounds.take(device, self.seconds):
-            pieces.append(asyncio.create_task(self._render(device, piece)))
+            what = f"rendering samples {piece.start} to {piece.stop - 1}"
+            part = piece.start, piece.stop, piece.pixels
+            pieces.append(self._errands.send(device, what, worker.render_range, *part))
 
     async def _prepare(self, device: str) -> bool:
         """Make the scene ready on a device; False where that cannot render it."""
         try:
             # Another program would count for the variant that is compared.
             own = self.claim.row["comparison"] is not None
-            facts: Facts = await self._ask(device, "preparing the scene", worker.prepare, own)
+            preparing = self._errands.send(device, "preparing the scene", worker.prepare, own)
+            facts, found = await self._errands.in_time(device, preparing)
         except DeviceError as error:
-            log.warning("device left out", job=self.claim.id, device=device, reason=str(error))
+            log.warning("device left out", device=device, reason=str(error))
             self._faults.append(error)
             return False
         self._books.prepared(device, facts)
-        self._metrics.spent(facts["seconds"])
+        self._metrics.prepared(found, facts["seconds"])
         if self._since is None:
             self._since = time.monotonic()
         return True
-
-    async def _render(self, device: str, piece: Piece) -> Rendered:
-        what = f"rendering samples {piece.start} to {piece.stop - 1}"
-        part = piece.start, piece.stop, piece.pixels
-        rendered: Rendered = await self._ask(device, what, worker.render_range, *part)
-        return rendered
-
-    async def _ask(self, device: str, what: str, function: Callable[..., Any], *args: Any) -> Any:
-        """Run a function of worker.py on a device. Dask runs it again when its worker dies, so many times."""
-        key = f"{self.claim.id}-{self.claim.token}-{next(self._asked)}"
-        try:
-            return await ask(self._client, device, key, function, self._text, device, *args)
-        except KilledWorker as error:
-            deaths = error.allowed_failures + 1
-            raise RenderError(f"The process that renders on {device} died {deaths} times while {what}.") from None
 
     async def _merge(self, device: str, film: Film, seconds: float, program: str) -> None:
         async with self._merging:
@@ -260,19 +249,19 @@ class Rendering:
     async def _certified(self, device: str, use: Use) -> Use:
         """As of the scene's own program, which may have come late, and with the evidence for the certificate; a device
         that cannot give it any more has rendered all the same."""
-        if device not in self._devices:  # It was another attempt's.
+        if device not in self.devices:  # It was another attempt's.
             return use
         try:
-            facts, evidence = await self._ask(device, "checking the program", worker.certify)
+            facts, evidence = await self._errands.send(device, "checking the program", worker.certify)
             return {**use, **facts, "evidence": evidence}
         except Exception as error:
-            log.warning("no evidence for the certificate", job=self.claim.id, device=device, reason=repr(error))
+            log.warning("no evidence for the certificate", device=device, reason=repr(error))
             return use
 
     async def fail(self, sentence: str) -> None:
         """End the job with what went wrong, files named as the job names them. Raises LeaseLost."""
         sentence = self._storage.by_id(sentence)
-        log.warning("job failed", job=self.claim.id, error=sentence)
+        log.warning("job failed", error=sentence)
         await self.claim.end(State.FAILED, sentence)
         self._metrics.finished.labels("failed").inc()
 
@@ -283,4 +272,4 @@ class Rendering:
             await self._save(self._film)
             values["samples"] = self.samples
         await self.claim.put_back(values)
-        log.info("job put back", job=self.claim.id, samples_kept=self.samples)
+        log.info("job put back", samples_kept=self.samples)

@@ -32,10 +32,10 @@ def usable(settings: Settings) -> Iterator[None]:
         typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
         raise typer.Exit(2) from None
     except SQLAlchemyError as error:
-        typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {_reason(error)}.", err=True)
+        typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {reason(error)}.", err=True)
         raise typer.Exit(2) from None
 
 
-def _reason(error: SQLAlchemyError) -> str:
+def reason(error: SQLAlchemyError) -> str:
     """What the driver says, in one line; SQLAlchemy adds the statement and an address."""
     return " ".join(str(getattr(error, "orig", None) or error).split())

@@ -73,15 +73,16 @@ def load(device_id: str) -> None:
 
 
 @_faults_alone
-def prepare(scene: str, device_id: str, own: bool) -> Facts:
-    """Make a scene (JSON; its files are paths) ready on a device; returns what the report says of the two.
+def prepare(scene: str, device_id: str, own: bool) -> tuple[Facts, str]:
+    """Make a scene (JSON; its files are paths) ready on a device; returns what the report says of the two, and how its
+    program was found (`Start.found`).
 
     own: wait for the scene's own program, where a generic one could begin.
 
     Raises SceneError, VolumeError, ImageError or DeviceError if it cannot be rendered there.
     """
     ready = _start(scene, device_id)
-    return (ready.settled() if own else ready.renderer).facts()
+    return (ready.settled() if own else ready.renderer).facts(), ready.found
 
 
 @_faults_alone

@@ -280,7 +280,7 @@ async def greeted(port: int, context: ssl.SSLContext | None) -> bool:
 
 
 async def who_is_greeted(scratch: Path) -> list[bool]:
-    async with embedded(["one"], scratch) as client:
+    async with embedded(["one"], scratch, 4 << 30) as client:
         own = client.security.get_connection_args("client")["ssl_context"]
         anybody = ssl.create_default_context()
         anybody.check_hostname, anybody.verify_mode = False, ssl.CERT_NONE

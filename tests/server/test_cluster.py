@@ -13,7 +13,7 @@ from woodcock_server.cluster import ask, embedded
 
 
 async def one_gives_up(scratch: Path) -> list[float]:
-    async with embedded(["one"], scratch) as client:
+    async with embedded(["one"], scratch, 4 << 30) as client:
         # Five gatherings at a time are all that Dask does; with these taken, results wait at the client to be fetched.
         taken = client._gather_semaphore
         for _ in range(5):
@@ -36,7 +36,7 @@ def test_one_who_gives_up_takes_nothing_from_others(tmp_path: Path) -> None:
 
 
 async def forgotten(scratch: Path) -> None:
-    async with embedded(["one"], scratch) as client:
+    async with embedded(["one"], scratch, 4 << 30) as client:
         waiting = asyncio.create_task(ask(client, "one", "long", asyncio.sleep, 60))
         while "long" not in client.futures:
             await asyncio.sleep(0.01)

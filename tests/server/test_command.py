@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import socket
 from collections.abc import Callable
 from pathlib import Path
@@ -9,10 +11,14 @@ from typing import Any
 
 import pytest
 import typer
+from alembic import command
+from sqlalchemy import text
 from typer.testing import CliRunner
 
+from woodcock_server import check_config
 from woodcock_server.command import serve
 from woodcock_server.config import Settings
+from woodcock_server.database import alembic_config, open_database
 
 from .conftest import Service
 
@@ -70,6 +76,80 @@ def test_a_database_that_cannot_be_used_is_named(tmp_path: Path) -> None:
     assert status == 2
     assert said.splitlines()[-1].startswith("The database sqlite:///")
     assert "file is not a database" in said.splitlines()[-1]
+
+
+def test_a_database_of_a_newer_version_is_left_alone(tmp_path: Path) -> None:
+    engine = open_database(Settings(data=tmp_path).database)
+    with engine.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    engine.dispose()
+    for arguments in ((), ("--check-config",)):
+        status, said = run("--port", 0, "--data", tmp_path, *arguments)
+        assert status == 2
+        assert "it is of a newer version of Woodcock, whose revision 9999 this one does not know." in said
+
+
+@pytest.fixture
+def no_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check_config, "discover", list)
+
+
+def check(*arguments: object, **environment: str) -> tuple[int, list[str]]:
+    result = CliRunner().invoke(app, ["--check-config", "--port", "0", *map(str, arguments)], env=environment)
+    return result.exit_code, result.output.splitlines()
+
+
+@pytest.mark.usefixtures("no_devices")
+def test_a_configuration_is_checked_and_nothing_is_made(tmp_path: Path) -> None:
+    data = tmp_path / "new" / "data"
+    status, (folder, database) = check("--data", data)
+    assert status == 0
+    assert folder == f"The data folder is {data}, which will be made."
+    assert database.startswith("The database is sqlite:///")
+    assert database.endswith(", which will be made.")
+    assert not list(tmp_path.iterdir())
+
+    engine = open_database(Settings(data=tmp_path).database)
+    with engine.begin() as connection:
+        config = alembic_config()
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0007")
+    engine.dispose()
+    status, (folder, database) = check("--data", tmp_path)
+    assert (status, folder) == (0, f"The data folder is {tmp_path}.")
+    assert re.search(r", revision 0007, to be brought to \d{4}\.$", database)
+
+
+@pytest.mark.usefixtures("no_devices")
+def test_what_would_not_start_is_told_together(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    status, said = check("--data", tmp_path / "file", "--host", "0.0.0.0")
+    assert status == 2
+    assert said[0] == f"The data folder {tmp_path / 'file'} cannot be used: {tmp_path / 'file'} is no folder."
+    assert said[-1].startswith("0.0.0.0 can be reached from other machines, and no token is valid: ")
+    nowhere = "postgresql://nobody@127.0.0.1:9/nothing"
+    status, said = check("--data", tmp_path, WOODCOCK_DATABASE_URL=nowhere)
+    assert status == 2
+    assert said[1].startswith("The database postgresql://nobody@127.0.0.1:9/nothing cannot be used: ")
+
+
+def test_the_devices_are_checked_too(tmp_path: Path) -> None:
+    status, said = check("--data", tmp_path)
+    assert status == 0
+    assert re.fullmatch(r"Device cpu0 is ready: .*, lanes 1.*\.", said[-1])
+
+
+def test_logs_can_be_json_and_name_their_job(tmp_path: Path, make_scene: Callable[..., dict[str, Any]]) -> None:
+    service = Service(tmp_path / "data", WOODCOCK_LOG_FORMAT="json")
+    service.start()
+    job_id = service.submit(make_scene(samples=1))
+    service.wait(job_id, lambda job: job["state"] == "succeeded")
+    service.stop()
+    lines = [json.loads(line) for line in service.log.read_text().splitlines()]
+    about = [line for line in lines if line["event"].startswith("job ")]
+    assert [line["event"] for line in about] == ["job claimed", "job succeeded"]
+    assert {line["job"] for line in about} == {job_id}
+    assert all({"event", "level", "timestamp"} <= set(line) for line in lines)
 
 
 def test_those_who_follow_a_job_do_not_hold_up_the_end(

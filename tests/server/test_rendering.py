@@ -227,7 +227,8 @@ def test_a_worker_that_dies_again_and_again_fails_the_job(service: Service, make
                 worker.kill()
         time.sleep(0.1)
     assert re.fullmatch(
-        r"The process that renders on cpu\d died 4 times while (rendering samples \d+ to \d+|preparing the scene)\.",
+        r"The process that renders on cpu\d died 4 times while (rendering samples \d+ to \d+|preparing the scene)\. "
+        r"It is killed when it takes more than \d+ MiB\.",
         job["error"],
     )
     after = service.submit(make_scene(samples=4))

@@ -39,16 +39,19 @@ Given = Annotated[str | None, Depends(_given)]
 class Exposed(RuntimeError):  # noqa: N818 - the name says what is wrong
     """The service would be open to other machines; the text says what would be right."""
 
+    def __init__(self, host: str) -> None:
+        super().__init__(
+            f"{host} can be reached from other machines, and no token is valid: make one with "
+            "`woodcock token create NAME`, or let everybody in with --insecure."
+        )
+
 
 def protect(engine: Engine, host: str) -> None:
     """Raises Exposed where others could reach a service that asks nobody who they are."""
     with engine.connect() as connection:
         guarded = tokens.usable(connection, datetime.now(UTC))
     if not (guarded or is_loopback(host)):
-        raise Exposed(
-            f"{host} can be reached from other machines, and no token is valid: make one with "
-            "`woodcock token create NAME`, or let everybody in with --insecure."
-        )
+        raise Exposed(host)
 
 
 def is_loopback(host: str) -> bool:

@@ -30,6 +30,9 @@ log = structlog.get_logger()
 
 RETRY_SECONDS = 1.0  # after the database did not take an outcome
 
+#: A device that so many jobs in a row were lost on is quarantined.
+LOST_IN_A_ROW = 2
+
 
 class Checks:
     """The checks of a server's devices. For the event loop's thread, except where a connection is passed."""
@@ -41,6 +44,7 @@ class Checks:
         self.under_way: dict[str, datetime | None] = {}
         self._left = {device_id: asyncio.Event() for device_id in self._devices}
         self._tasks: set[asyncio.Task[None]] = set()
+        self._lost: dict[str, list[tuple[str, str]]] = {}  # device id -> jobs in a row that it failed, and how
         self.occupy(())
 
     @asynccontextmanager
@@ -89,6 +93,23 @@ class Checks:
         failed = repository.failed(connection, [device.fingerprint for device in self._devices.values()])
         return {device.id for device in self._devices.values() if device.fingerprint in failed}
 
+    def worked(self, device_ids: Collection[str]) -> None:
+        """Jobs ended well on these devices."""
+        for device_id in device_ids:
+            self._lost.pop(device_id, None)
+
+    async def lost(self, device_id: str, job_id: str, says: str) -> None:
+        """A job failed because the device's process died again and again, or hung. That may be the job's own fault;
+        after so many in a row the device is quarantined: it is distrusted, and checked."""
+        lost = self._lost[device_id] = [*self._lost.get(device_id, []), (job_id, says)]
+        if len(lost) < LOST_IN_A_ROW:
+            return
+        log.error("device quarantined", device=device_id, jobs=[job for job, _ in lost])
+        del self._lost[device_id]
+        now, rows = datetime.now(UTC), [_broken("jobs", job, said) for job, said in lost]
+        await in_thread(self._kept, self._devices[device_id], now, rows)
+        self.ask(device_id)
+
     # One check
 
     async def _check(self, device: Found) -> None:
@@ -117,12 +138,7 @@ class Checks:
         except Exception as error:
             log.exception("stability check broke off", device=device_id)
             says = f"The check could not be carried out: {error}"
-        return [
-            StabilityRow(
-                group="check", case="as a whole", expected=None, got=None, deviation=None, unit="roundings", limit=None,
-                verdict="failed", says=says, seconds=0.0,
-            ).model_dump()
-        ]  # fmt: skip
+        return [_broken("check", "as a whole", says)]
 
     def _kept(self, device: Found, started: datetime, rows: list[dict[str, Any]]) -> bool:
         try:
@@ -132,3 +148,11 @@ class Checks:
             log.error("the database does not answer", error=str(error))
             return False
         return True
+
+
+def _broken(group: str, case: str, says: str) -> dict[str, Any]:
+    """A row of something else than a number that is wrong."""
+    return StabilityRow(
+        group=group, case=case, expected=None, got=None, deviation=None, unit="roundings", limit=None,
+        verdict="failed", says=says, seconds=0.0,
+    ).model_dump()  # fmt: skip

@@ -1,0 +1,68 @@
+"""What a job's devices are sent to do, for a time that is limited, and what it means when one does not come back."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from distributed import Client
+from distributed.scheduler import KilledWorker
+
+from woodcock_server.cluster import ask, restart
+from woodcock_server.config import Settings
+
+T = TypeVar("T")
+
+
+class RenderError(RuntimeError):
+    """The job cannot be finished; the text says why, for the one who asked for it."""
+
+
+class DeviceLostError(RenderError):
+    """A device's process died again and again, or did not come back."""
+
+    def __init__(self, device: str, says: str) -> None:
+        super().__init__(says)
+        self.device = device
+
+
+class Errands:
+    """The functions of worker.py that a job's devices run.
+
+    scene: JSON, whose files are paths.
+    """
+
+    scene: str
+
+    def __init__(self, client: Client, name: str, settings: Settings) -> None:
+        """name: of no other job and attempt."""
+        self._client, self._settings = client, settings
+        self._keys = (f"{name}-{number}" for number in itertools.count())
+
+    def send(self, device: str, what: str, function: Callable[..., Any], *args: Any) -> asyncio.Task[Any]:
+        """Let a device run a function, after all that it was sent to do before. The task raises DeviceLostError."""
+        return asyncio.create_task(self._run(device, what, function, *args), name=what)
+
+    async def _run(self, device: str, what: str, function: Callable[..., Any], *args: Any) -> Any:
+        """Dask runs it again when its worker dies, so many times."""
+        try:
+            return await ask(self._client, device, next(self._keys), function, self.scene, device, *args)
+        except KilledWorker as error:
+            deaths = error.allowed_failures + 1
+            memory = f"It is killed when it takes more than {self._settings.worker_memory >> 20} MiB."
+            says = f"The process that renders on {device} died {deaths} times while {what}. {memory}"
+            raise DeviceLostError(device, says) from None
+
+    async def in_time(self, device: str, task: asyncio.Task[T]) -> T:
+        """What comes of the first thing that a device has to do. Raises DeviceLostError if it takes too long."""
+        try:
+            async with asyncio.timeout(self._settings.range_seconds) as limit:
+                return await task
+        except TimeoutError:
+            if not limit.expired():
+                raise
+        await restart(self._client, device)
+        within = f"within {self._settings.range_seconds:g} s"
+        raise DeviceLostError(device, f"{device} did not end {task.get_name()} {within}, and its process was killed.")

@@ -10,7 +10,8 @@ with Client("http://127.0.0.1:8000") as client:
     client.fetch(job.id, "image.exr", Path("cloud.exr"))
 """
 
-from woodcock_client.client import Artifact, Client, ServiceError, Unreachable
+from woodcock_client.client import Artifact, Client
+from woodcock_client.connection import ServiceError, Unreachable
 from woodcock_client.models import (
     Device,
     FieldError,

@@ -12,7 +12,8 @@ import typer
 
 from woodcock.scene import SceneError, load
 from woodcock_client import trials
-from woodcock_client.client import Client, ServiceError, Unreachable
+from woodcock_client.client import Client
+from woodcock_client.connection import ServiceError, Unreachable
 from woodcock_client.models import JobSummary
 from woodcock_client.progress import show
 from woodcock_client.trial_models import Comparison

@@ -5,26 +5,22 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from http import HTTPStatus
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal
 from urllib.parse import quote
 
 import httpx2
-from pydantic import BaseModel, ValidationError
 
 from woodcock.scene import Scene, SceneError, files, with_files
+from woodcock_client.connection import Connection, ServiceError, Unreachable
 from woodcock_client.download import replacing
 from woodcock_client.models import (
     Device,
     DeviceList,
-    FieldError,
     Job,
     JobPage,
     JobSummary,
-    Problem,
     Stability,
     State,
     Volume,
@@ -32,29 +28,13 @@ from woodcock_client.models import (
 from woodcock_client.trial_models import Comparison, JobCheck
 
 Artifact = Literal["image.exr", "preview.png", "report.json", "report.html"]
-Model = TypeVar("Model", bound=BaseModel)
 
 PAGE = 100  # jobs per request of a listing
 RECONNECT = (0.25, 5.0)  # seconds before the first and the last attempt to pick up a broken stream
 SILENCE = 60.0  # seconds without even a ping after which a stream counts as broken
 
 
-class Unreachable(RuntimeError):  # noqa: N818 - the name says what happened
-    """No answer from the service; the text names its address and what went wrong."""
-
-
-class ServiceError(RuntimeError):
-    """The service refused or failed; the text is its explanation, then one line for each field at fault it left out."""
-
-    def __init__(self, status: int, detail: str, errors: tuple[FieldError, ...] = ()) -> None:
-        unsaid = (error for error in errors if error.message not in detail)
-        super().__init__("\n".join([detail, *(f"{error.field}: {error.message}" for error in unsaid)]))
-        self.status = status
-        self.detail = detail
-        self.errors = errors
-
-
-class Client:
+class Client(Connection):
     """A connection to one Woodcock service; a context manager.
 
     `base_url` is the service's address, such as "http://127.0.0.1:8000". `timeout` is how many seconds may pass
@@ -63,29 +43,6 @@ class Client:
 
     Every call may raise Unreachable or ServiceError. Raises ValueError if `base_url` is not an http(s) address.
     """
-
-    def __init__(self, base_url: str, *, timeout: float = 30.0, token: str | None = None) -> None:
-        try:
-            url = httpx2.URL(base_url)
-        except httpx2.InvalidURL:
-            url = httpx2.URL()
-        if url.scheme not in ("http", "https") or not url.host:
-            raise ValueError(f"the service's address must look like http://127.0.0.1:8000 (got {base_url!r})")
-        self.base_url = base_url.rstrip("/")
-        self._timeout = timeout
-        headers = {"Authorization": f"Bearer {token}"} if token else None
-        self._http = httpx2.Client(base_url=self.base_url, timeout=timeout, headers=headers)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        self._http.close()
 
     # Jobs
 
@@ -257,55 +214,6 @@ class Client:
             return self.upload(Path(file)).id
         except OSError as error:
             raise SceneError(f"{file}: {error.strerror or error}") from None
-
-    # Requests
-
-    def _request(self, method: str, path: str, **options: Any) -> httpx2.Response:
-        with self._reaching():
-            response = self._http.request(method, path, **options)
-        if not response.is_success:
-            raise self._refusal(response)
-        return response
-
-    @contextmanager
-    def _stream(self, path: str, *, silence: float | None = None) -> Iterator[httpx2.Response]:
-        timeout = httpx2.Timeout(self._timeout, read=silence or self._timeout)
-        with self._reaching(), self._http.stream("GET", path, timeout=timeout) as response:
-            if not response.is_success:
-                response.read()
-                raise self._refusal(response)
-            yield response
-
-    @contextmanager
-    def _reaching(self) -> Iterator[None]:
-        try:
-            yield
-        except httpx2.RequestError as error:
-            reason = str(error) or type(error).__name__
-            raise Unreachable(f"no answer from the service at {self.base_url}: {reason}") from None
-
-    def _refusal(self, response: httpx2.Response) -> ServiceError:
-        """The problem that an answer describes; a proxy's page or an empty body is described by its status."""
-        try:
-            problem = Problem.model_validate_json(response.content)
-        except ValidationError:
-            problem = Problem()
-        said = problem.detail or problem.title
-        bare = f"{self.base_url} answered {response.status_code} {response.reason_phrase}".rstrip()
-        return ServiceError(response.status_code, said or bare, problem.errors or ())
-
-    def _read(self, model: type[Model], response: httpx2.Response) -> Model:
-        return self._parse(model, response.content, response.status_code)
-
-    def _parse(self, model: type[Model], text: str | bytes, status: int = HTTPStatus.OK) -> Model:
-        try:
-            return model.model_validate_json(text)
-        except ValidationError:
-            raise ServiceError(
-                status,
-                f"{self.base_url} did not answer as a Woodcock service of this client's version would; "
-                "check the address and the versions",
-            ) from None
 
 
 def _job_path(id: str) -> str:

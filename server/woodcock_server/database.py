@@ -37,7 +37,8 @@ def connect(url: str) -> Engine:
     """An engine for the database as it is. Raises sqlalchemy.exc.SQLAlchemyError."""
     named = _with_driver(url)
     try:
-        engine = create_engine(named, pool_pre_ping=True)
+        # Errors go into the log: they must not tell what was to be written, secrets among it.
+        engine = create_engine(named, pool_pre_ping=True, hide_parameters=True)
     except ImportError as error:
         driver = "pip install 'woodcock[postgres]'" if named.drivername == "postgresql+psycopg" else str(error)
         raise ArgumentError(f"its driver is not installed: {driver}") from None

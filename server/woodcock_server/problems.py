@@ -107,6 +107,8 @@ def _fault(error: dict[str, Any]) -> Fault:
         return Fault(field="body", message=f"is not JSON: {error['ctx']['error']} at character {loc[0]}")
     if where == "body" and not loc:
         return Fault(field="body", message="must be a JSON object, sent as application/json")
+    if "webhook" in loc:  # What was given there may be the secret, under whatever name: it is not told back.
+        error = {**error, "input": None}
     # The scene's own wording, which names the field as the scene is written.
     return Fault(field=field_path(loc), message=fault(error))
 

@@ -110,6 +110,20 @@ job_files = Table(
     Index(None, "file"),
 )
 
+#: Who is told of a job's end, and how that stands. When the first attempt is due is written with the end itself.
+webhooks = Table(
+    "webhooks",
+    metadata,
+    Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
+    Column("url", Text, nullable=False),
+    Column("secret", String(100), nullable=False),  # never in an answer
+    Column("state", String(16), nullable=False),  # webhooks.schemas.DeliveryState
+    Column("attempts", Integer, nullable=False),  # begun; who makes one writes under its number
+    Column("due_at", UtcDateTime),  # the next attempt; null before the job's end, and when there will be none
+    Column("error", Text),  # of the newest attempt
+    Index(None, "due_at"),
+)
+
 #: The states that a job came to, each written with the state itself; ids say the order.
 job_events = Table(
     "job_events",

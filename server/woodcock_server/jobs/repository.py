@@ -31,8 +31,9 @@ from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.states import FINAL, State
 from woodcock_server.paging import fetch_page
 from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_files, job_tags, jobs
+from woodcock_server.webhooks import repository as webhooks
 
-#: A job: its columns and its tags.
+#: A job: its columns, its tags and what may be seen of its webhook.
 Row: TypeAlias = Mapping[str, Any]
 
 #: What a job that is asked for is asked for with, where nothing is said.
@@ -49,10 +50,10 @@ NOTHING: Row = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent"
 
 
 def add(connection: Connection, asked: Row, now: datetime, job_id: str | None = None) -> str:
-    """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags and what PLAIN and NOTHING
-    have. Raises sqlalchemy.exc.IntegrityError where a file that it names is no more."""
+    """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags, a webhook and what PLAIN and
+    NOTHING have. Raises sqlalchemy.exc.IntegrityError where a file that it names is no more."""
     job_id, columns = job_id or new_id(), {**PLAIN, **NOTHING, **asked}
-    tags, scene = columns.pop("tags", ()), columns["scene"]
+    tags, webhook, scene = columns.pop("tags", ()), columns.pop("webhook", None), columns["scene"]
     columns |= {"id": job_id, "state": State.QUEUED, "created_at": now, "token": 0, "paths": paths(scene)}
     connection.execute(insert(jobs).values(columns))
     _record(connection, job_id, State.QUEUED)
@@ -60,6 +61,8 @@ def add(connection: Connection, asked: Row, now: datetime, job_id: str | None = 
     named = set(UPLOADS.findall(json.dumps([scene, columns["reference"]])))
     if rows := [{"job_id": job_id, "file": file} for file in sorted(named)]:
         connection.execute(insert(job_files), rows)
+    if webhook is not None:
+        webhooks.add(connection, job_id, **webhook)
     return job_id
 
 
@@ -71,7 +74,7 @@ def paths(scene: Row) -> int:
 
 def get(connection: Connection, job_id: str) -> Row | None:
     found = connection.execute(select(jobs).where(jobs.c.id == job_id)).mappings().all()
-    return next(iter(_tagged(connection, found)), None)
+    return next(iter(_whole(connection, found)), None)
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ class Filter:
 def page(connection: Connection, limit: int, cursor: str | None, meant: Filter) -> tuple[Sequence[Row], str | None]:
     query = select(jobs).where(*meant.conditions)
     rows, following = fetch_page(connection, query, jobs.c.id, limit, cursor)
-    return _tagged(connection, rows), following
+    return _whole(connection, rows), following
 
 
 def change(connection: Connection, job_id: str, columns: Row) -> None:
@@ -206,7 +209,7 @@ def write_held(connection: Connection, job_id: str, token: int, values: dict[str
     assert State.RUNNING in State(values.get("state", State.RUNNING)).before
     written = connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
     if written and "state" in values:
-        _record(connection, job_id, values["state"])
+        _record(connection, job_id, State(values["state"]))
     return written
 
 
@@ -237,7 +240,10 @@ def _move(connection: Connection, job_id: str, state: State, *where: ColumnEleme
 
 def _record(connection: Connection, job_id: str, state: State) -> None:
     """The job has come to a state, in the same transaction."""
-    connection.execute(insert(job_events).values(job_id=job_id, state=state, at=datetime.now(UTC)))
+    now = datetime.now(UTC)
+    connection.execute(insert(job_events).values(job_id=job_id, state=state, at=now))
+    if state.final:
+        webhooks.job_ended(connection, job_id, now)
 
 
 def _claimable(now: datetime) -> ColumnElement[bool]:
@@ -252,9 +258,10 @@ def _tag(connection: Connection, job_id: str, tags: Iterable[str]) -> None:
         connection.execute(insert(job_tags), rows)
 
 
-def _tagged(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[Row]:
-    found = defaultdict[str, list[str]](list)
-    query = select(job_tags).where(job_tags.c.job_id.in_([row["id"] for row in rows])).order_by(job_tags.c.tag)
+def _whole(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[Row]:
+    ids, tags = [row["id"] for row in rows], defaultdict[str, list[str]](list)
+    query = select(job_tags).where(job_tags.c.job_id.in_(ids)).order_by(job_tags.c.tag)
     for each in connection.execute(query).mappings():
-        found[each["job_id"]].append(each["tag"])
-    return [{**row, "tags": found[row["id"]]} for row in rows]
+        tags[each["job_id"]].append(each["tag"])
+    told = webhooks.of_jobs(connection, ids)
+    return [{**row, "tags": tags[row["id"]], "webhook": told.get(row["id"])} for row in rows]

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene, Stop
 from woodcock_server.jobs.states import State
+from woodcock_server.webhooks.schemas import Delivery, Webhook
 
 PREFIX = "/api/v1/jobs"
 
@@ -35,7 +36,7 @@ class JobCreate(BaseModel):
     least lately, in turn. pinned: it is not deleted for its age or for want of room.
     device: `any` for all that are trusted, or the id of the one that is to render it alone, trusted or not.
     reference: what the picture is held against as it is rendered, of the same size: the id of a job that has succeeded,
-    or that of an uploaded picture (sha256:…).
+    or that of an uploaded picture (sha256:…). webhook: who is to be told of the end.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -47,6 +48,7 @@ class JobCreate(BaseModel):
     pinned: bool = False
     device: Annotated[str, Field(max_length=64)] = ANY
     reference: Annotated[str, Field(max_length=71)] | None = None
+    webhook: Webhook | None = None
 
 
 class JobChange(BaseModel):
@@ -94,7 +96,7 @@ class JobSummary(BaseModel):
     (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
     devices: that have rendered it. reference: that it is held against. waiting: while it is queued, why it would not be
     rendered even if no job were before it. retry_of: the job that this one does once more; extends: the one whose
-    samples it goes on from.
+    samples it goes on from. webhook: how it stands with telling the job's end, if that was asked for.
     """
 
     id: str
@@ -121,6 +123,7 @@ class JobSummary(BaseModel):
     reference: str | None
     retry_of: str | None
     extends: str | None
+    webhook: Delivery | None
     integrator: str | None
     error: str | None
     links: Links

@@ -23,6 +23,7 @@ from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
 from woodcock_server.services import Services
 from woodcock_server.volumes.check import check_scene
+from woodcock_server.webhooks import repository as webhooks
 
 #: A job that another server renders announces nothing here: its row is looked at this often, seconds.
 LOOK_EVERY = 2.0
@@ -90,12 +91,13 @@ def retry(services: Services, row: repository.Row, owner: str) -> Job:
     """A new job that asks for the same. Raises Conflict, InvalidRequest, TooMuch."""
     if row["state"] not in (State.FAILED, State.CANCELLED):
         raise Conflict(f"Job {row['id']} is {row['state']}. Only one that failed or was cancelled can be tried again.")
-    request = JobCreate.model_validate({key: row[key] for key in JobCreate.model_fields})
+    request = JobCreate.model_validate(_asked(row))
     check_request(services, request)
     asked = {**request.model_dump(mode="json"), "retry_of": row["id"], "owner": owner}
     admit(services, owner, [asked["scene"]])
     with services.engine.begin() as connection:
         job_id = repository.add(connection, asked, datetime.now(UTC))
+        webhooks.carry_over(connection, row["id"], job_id)
         return described(connection, services.dispatcher, existing(connection, job_id))
 
 
@@ -106,8 +108,7 @@ def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> J
         raise Conflict(f"Job {old} is {row['state']}. Only one that has succeeded can be gone on from.")
     before = Scene.model_validate(row["scene"])
     _check_stricter(before.stop, stop)
-    asked = {key: row[key] for key in JobCreate.model_fields} | {"scene": before.model_copy(update={"stop": stop})}
-    request = JobCreate.model_validate(asked)
+    request = JobCreate.model_validate(_asked(row) | {"scene": before.model_copy(update={"stop": stop})})
     check_request(services, request)
     done = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
     columns = {**request.model_dump(mode="json"), **done, "extends": old, "owner": owner}
@@ -117,7 +118,13 @@ def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> J
         raise Conflict(f"Job {old} has no samples to go on from: it ended under a version that kept none.")
     with services.engine.begin() as connection:
         repository.add(connection, columns, datetime.now(UTC), job_id)
+        webhooks.carry_over(connection, old, job_id)
         return described(connection, services.dispatcher, existing(connection, job_id))
+
+
+def _asked(row: repository.Row) -> dict[str, Any]:
+    """What a job was asked for with, but the webhook: its secret does not leave the database for that."""
+    return {key: row[key] for key in JobCreate.model_fields if key != "webhook"}
 
 
 def _check_stricter(before: Stop, after: Stop) -> None:

@@ -26,7 +26,13 @@ PACKAGES = {
     "woodcock_client": ((), ROOT / "client" / "woodcock_client"),
 }
 #: Distributions that are imported as part of another, which is declared.
-PARTS = {"starlette": "fastapi", "anyio": "starlette", "dask": "distributed", "markupsafe": "jinja2"}
+PARTS = {
+    "starlette": "fastapi",
+    "anyio": "starlette",
+    "dask": "distributed",
+    "markupsafe": "jinja2",
+    "httpcore2": "httpx2",
+}
 #: Extras that only choose what another's libraries come with.
 CHOICES = {"pocl", "postgres"}
 #: What only some scenes or commands need, imported when they do.

@@ -39,6 +39,7 @@ from woodcock_server.retention.due import Rule
 from woodcock_server.services import Provided, Services
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import endpoints as volumes
+from woodcock_server.webhooks.deliveries import Deliveries
 
 log = structlog.get_logger()
 
@@ -70,7 +71,8 @@ def create_app(settings: Settings) -> FastAPI:
             dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings, metrics)
             preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
             sweeping = sweeper.running(engine, storage, rule)
-            async with checks.running(), dispatcher.running(), preparing, sweeping:
+            deliveries = Deliveries(engine, settings.webhook_networks)
+            async with checks.running(), dispatcher.running(), deliveries.running(), preparing, sweeping:
                 app.state.services = Services(
                     engine,
                     storage,

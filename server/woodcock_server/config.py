@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from distributed.system import MEMORY_LIMIT
 from platformdirs import user_data_path
-from pydantic import ByteSize, Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic import BeforeValidator, ByteSize, Field
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+
+def _networks(given: Any) -> Any:
+    return [ip_network(one.strip()) for one in given.split(",") if one.strip()] if isinstance(given, str) else given
 
 
 class Settings(BaseSettings):
@@ -68,6 +73,9 @@ class Settings(BaseSettings):
     prepare: bool = Field(
         default=True,
         description="Build the generic program at the start, which renders scenes whose own is still being built.",
+    )
+    webhook_networks: Annotated[tuple[IPv4Network | IPv6Network, ...], NoDecode, BeforeValidator(_networks)] = Field(
+        default=(), description="Internal networks that webhooks may reach, such as `10.1.0.0/16,fd00::/8`."
     )
 
     @property

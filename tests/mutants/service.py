@@ -9,6 +9,9 @@ CRASH = "tests/server/test_contracts.py::test_a_relative_error_goes_on_after_a_c
 METRICS = "tests/server/test_metrics.py"
 REFERENCES = "tests/server/test_references.py"
 ROUNDS = "tests/server/test_rounds.py"
+TOLD = "tests/server/test_webhooks.py"
+DELIVERIES = "tests/server/test_deliveries.py"
+NETWORK = "tests/server/test_webhook_network.py"
 
 
 def server(path: str) -> str:
@@ -100,5 +103,47 @@ SINS = (
         "sandbox allow-scripts",
         "sandbox allow-scripts allow-same-origin",
         ("tests/server/test_report_page.py::test_a_page_works_under_its_policy_and_reaches_nothing",),
+    ),
+    Sin(
+        "a failure is not told of",
+        server("jobs/repository.py"),
+        "    if state.final:",
+        "    if state is State.SUCCEEDED:",
+        (f"{TOLD}::test_every_end_is_due_in_its_own_transaction",),
+    ),
+    Sin(
+        "two servers make the same attempt",
+        server("webhooks/repository.py"),
+        'values = {"attempts": webhooks.c.attempts + 1, "due_at": until}',
+        'values = {"attempts": webhooks.c.attempts + 1}',
+        (f"{DELIVERIES}::test_servers_that_share_a_database_send_each_once",),
+    ),
+    Sin(
+        "a signature holds for ever",
+        server("webhooks/signature.py"),
+        'f"{id}.{timestamp}.".encode() + body',
+        'f"{id}.".encode() + body',
+        (f"{DELIVERIES}::test_the_signature_is_the_specifications",),
+    ),
+    Sin(
+        "IPv6 leads to internal IPv4",
+        server("webhooks/network.py"),
+        "return address.ipv4_mapped",
+        'return IPv4Address("1.1.1.1")',
+        (f"{NETWORK}::test_what_is_internal",),
+    ),
+    Sin(
+        "who is connected to is not looked at",
+        server("webhooks/network.py"),
+        "if permitted(ip_address(peer), self._allowed):",
+        "if peer:",
+        (f"{NETWORK}::test_a_peer_that_is_another_than_was_asked_for_gets_nothing",),
+    ),
+    Sin(
+        "a webhook's secret is told back",
+        server("problems.py"),
+        'error = {**error, "input": None}',
+        "error = {**error}",
+        (f"{TOLD}::test_a_fault_of_a_webhook_is_named_and_what_it_has_is_not_told_back",),
     ),
 )

@@ -175,7 +175,8 @@ class Service:
 
 @pytest.fixture(scope="session")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    service = Service(tmp_path_factory.mktemp("service"), WOODCOCK_LEASE_SECONDS="2")
+    environment = {"WOODCOCK_LEASE_SECONDS": "2", "WOODCOCK_WEBHOOK_NETWORKS": "127.0.0.0/8"}
+    service = Service(tmp_path_factory.mktemp("service"), **environment)
     service.start()
     yield service
     service.stop()

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import base64
+import io
+import json
+import time
+import traceback
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
+from ipaddress import ip_network
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from sqlalchemy import Connection, Engine, create_engine, text
+from sqlalchemy.exc import SQLAlchemyError
 from starlette.testclient import TestClient
 
 from woodcock_server.config import Settings
@@ -18,7 +25,8 @@ from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
 from woodcock_server.jobs.states import State
 
-from .receiver import SECRET
+from .conftest import Service
+from .receiver import SECRET, Receiver
 
 MakeScene = Callable[..., dict[str, Any]]
 
@@ -98,6 +106,14 @@ def test_a_fault_of_a_webhook_is_named_and_what_it_has_is_not_told_back(
     assert "hidden" not in answer.text
 
 
+def test_a_setting_that_is_no_network_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WOODCOCK_WEBHOOK_NETWORKS", "10.0.0.0/8, fd00::/8,")
+    assert Settings().webhook_networks == (ip_network("10.0.0.0/8"), ip_network("fd00::/8"))
+    monkeypatch.setenv("WOODCOCK_WEBHOOK_NETWORKS", "10.0.0.1/8")
+    with pytest.raises(ValueError, match=r"webhook_networks\n.*10.0.0.1/8 has host bits set"):
+        Settings()
+
+
 # The outbox: what is due is written with the end
 
 
@@ -168,3 +184,58 @@ def test_a_job_that_goes_back_into_the_queue_is_not_due(engine: Engine) -> None:
         job = repository.add(connection, asked, NOW)
         assert by_its_holder(State.QUEUED)(connection, job)
         assert due(connection, job) is None
+
+
+def test_an_error_of_the_database_tells_no_secret(engine: Engine) -> None:
+    asked = {"name": "", "scene": {}, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
+    with engine.begin() as connection:
+        connection.execute(text("CREATE TRIGGER t BEFORE INSERT ON webhooks BEGIN SELECT RAISE(ABORT, 'full'); END"))
+    with pytest.raises(SQLAlchemyError, match="INSERT INTO webhooks") as caught, engine.begin() as connection:
+        repository.add(connection, asked, NOW)
+    assert SECRET not in "".join(traceback.format_exception(caught.value))
+
+
+# The service
+
+
+def test_internal_receivers_are_not_told_unless_they_are_allowed(client: TestClient, make_scene: MakeScene) -> None:
+    with Receiver() as receiver:
+        webhook = {"url": receiver.url, "secret": SECRET}
+        job = client.post("/api/v1/jobs", json={"scene": make_scene(), "webhook": webhook}).json()["links"]["self"]
+        client.post(f"{job}/cancel").raise_for_status()
+        end = time.monotonic() + 10
+        while not (told := client.get(job).json()["webhook"])["error"]:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+    assert (told["state"], told["attempts"], receiver.connections) == ("waiting", 1, 0)
+    assert "WOODCOCK_WEBHOOK_NETWORKS" in told["error"]
+
+
+def test_ends_are_told_by_the_service(service: Service, make_scene: MakeScene) -> None:
+    """Succeeded, failed, cancelled while it is rendered, and succeeded anew where that is gone on from."""
+    negative = io.BytesIO()
+    np.save(negative, np.full((2, 2, 2), -1, np.float32))
+    file = service.http.post("/api/v1/volumes?name=a.npy", content=negative.getvalue()).raise_for_status().json()["id"]
+    with Receiver() as receiver:
+        webhook = {"url": receiver.url, "secret": SECRET}
+        done = service.submit(make_scene(), webhook=webhook)
+        service.wait(done, lambda job: bool(job["finished_at"]))
+        stop = {"stop": {"kind": "samples", "samples": 16}}
+        more = service.http.post(f"/api/v1/jobs/{done}/extend", json=stop).raise_for_status().json()["id"]
+        wrong = make_scene(volumes=[{"kind": "grid", "file": file, "albedo": 0.5}])
+        failed = service.submit(wrong, webhook=webhook)
+        stopped = service.submit(make_scene(64, 1 << 22), webhook=webhook)
+        service.wait(stopped, lambda job: bool(job["samples"]))
+        service.http.post(f"/api/v1/jobs/{stopped}/cancel").raise_for_status()
+        heard = {each.headers["webhook-id"]: each for each in receiver.wait(4)}
+        end = service.wait(stopped, lambda job: job["webhook"]["state"] == "delivered", 10)
+    assert len(heard) == len(receiver.heard) == 4
+    assert all(each.proven() for each in heard.values())
+    types = {job: json.loads(each.body)["type"] for job, each in heard.items()}
+    assert types == {
+        done: "job.succeeded", more: "job.succeeded", failed: "job.failed", stopped: "job.cancelled",
+    }  # fmt: skip
+    assert "negative densities" in json.loads(heard[failed].body)["data"]["error"]
+    assert json.loads(heard[done].body)["data"]["links"]["image"] == f"/api/v1/jobs/{done}/image.exr"
+    assert end["webhook"] == {"url": receiver.url, "state": "delivered", "attempts": 1, "error": None}
+    assert SECRET not in service.log.read_text()

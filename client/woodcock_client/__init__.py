@@ -22,6 +22,7 @@ from woodcock_client.models import (
     Stability,
     StabilityRow,
     Volume,
+    Webhook,
 )
 from woodcock_client.trial_models import Comparison, DeviceForecast, JobCheck
 
@@ -42,4 +43,5 @@ __all__ = [
     "StabilityRow",
     "Unreachable",
     "Volume",
+    "Webhook",
 ]

@@ -187,6 +187,16 @@ def submit(
             metavar="REF", help="Hold the picture against this one: an EXR here, or the id of a job that has succeeded."
         ),
     ] = None,
+    webhook: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="Tell this URL of the render's end, signed by a secret (whsec_…)."),
+    ] = None,
+    webhook_secret: Annotated[
+        str | None,
+        typer.Option(
+            envvar="WOODCOCK_WEBHOOK_SECRET", show_default=False, help="With --webhook; better in the variable."
+        ),
+    ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Queue nothing; say what it would take, by a pilot of some seconds.")
     ] = False,
@@ -214,6 +224,10 @@ def submit(
         _fail(f"-o {output}: {output.parent} is not a folder", BAD_INPUT)
     if ((check or vary) and output is not None) or (check and vary):
         _fail("--check, --vary and -o exclude each other", BAD_INPUT)
+    if webhook and (check or vary):
+        _fail("--webhook goes with neither --check nor --vary", BAD_INPUT)
+    if webhook and not webhook_secret:
+        _fail("--webhook needs WOODCOCK_WEBHOOK_SECRET: whsec_ and base64 of 24 to 64 random bytes", BAD_INPUT)
     try:
         varied = trials.choices(vary or [])
     except ValueError as error:
@@ -233,7 +247,14 @@ def submit(
             made = client.compare(described, varied, seconds, name=title, device=device, reference=named)
             _compare(client, made, follow)
             return
-        job = client.submit(described, name=title, device=device, reference=_reference(client, reference))
+        job = client.submit(
+            described,
+            name=title,
+            device=device,
+            reference=_reference(client, reference),
+            webhook=webhook,
+            webhook_secret=webhook_secret,
+        )
         page = f"{client.base_url}/renders/{job.id}"
         typer.echo(page)
         if not follow and output is None:

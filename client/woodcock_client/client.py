@@ -46,14 +46,30 @@ class Client(Connection):
 
     # Jobs
 
-    def submit(self, scene: Scene, *, name: str = "", device: str = "any", reference: str | None = None) -> Job:
+    def submit(
+        self,
+        scene: Scene,
+        *,
+        name: str = "",
+        device: str = "any",
+        reference: str | None = None,
+        webhook: str | None = None,
+        webhook_secret: str | None = None,
+    ) -> Job:
         """Queue a render; files named by a path are uploaded first, unless the service already has them.
 
         `device` is the id of the one that is to render it alone, even if it is not trusted. `reference` is a picture of
-        the same size that this one is held against: the id of a job that has succeeded, or of an `upload`. Returns once
-        the service has committed the job. Raises SceneError if a file cannot be read.
+        the same size that this one is held against: the id of a job that has succeeded, or of an `upload`. `webhook` is
+        a URL that is told of the render's end, signed by `webhook_secret` ("whsec_" and base64 of 24 to 64 random
+        bytes). Returns once the service has committed the job. Raises SceneError if a file cannot be read.
         """
-        body = {"scene": self._sent(scene), "name": name, "device": device, "reference": reference}
+        body = {
+            "scene": self._sent(scene),
+            "name": name,
+            "device": device,
+            "reference": reference,
+            "webhook": webhook and {"url": webhook, "secret": webhook_secret},
+        }
         return self._read(Job, self._request("POST", "/api/v1/jobs", json=body))
 
     def check(self, scene: Scene, *, device: str = "any") -> JobCheck:

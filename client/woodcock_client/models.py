@@ -31,6 +31,15 @@ class Links(Answer):
     report_page: str | None = None
 
 
+class Webhook(Answer):
+    """How it stands with telling `url` of a job's end; `error` says why the newest of the `attempts` failed."""
+
+    url: str
+    state: Literal["waiting", "delivered", "given up"]
+    attempts: int
+    error: str | None = None
+
+
 class JobSummary(Answer):
     """A job as listings and events show it.
 
@@ -40,7 +49,8 @@ class JobSummary(Answer):
     `deterministic`, there is no noise and they are what the error is at most. `integrator` is null until it is known.
     `device` is the one that was asked for, or "any"; `devices` have rendered it. `reference` is what its picture is
     held against, if anything. `retry_of` is the job that this one does once more, `extends` the one whose
-    samples it goes on from. `waiting` says why a queued job would not be rendered even if no other were before it.
+    samples it goes on from. `webhook` is who is told of its end, if anybody. `waiting` says why a queued job would not
+    be rendered even if no other were before it.
     """
 
     id: str
@@ -65,6 +75,7 @@ class JobSummary(Answer):
     reference: str | None = None
     retry_of: str | None = None
     extends: str | None = None
+    webhook: Webhook | None = None
     integrator: str | None = None
     error: str | None = None
     links: Links

@@ -42,6 +42,7 @@ class Service:
         self.devices = {"cpu0": dict(DEVICE)}
         self.checks: dict[str, dict[str, Any]] = {}  # by device
         self.requests: list[tuple[str, str]] = []
+        self.secrets: dict[str, str | None] = {}  # of webhooks, by job
         self.streams_to_cut = 0  # streams that break after their first event
         self.truncate = False  # artifacts end after half their length
         self.broken: tuple[int, str, bytes] | None = None  # status, content type, body of every answer
@@ -214,7 +215,14 @@ class _Handler(BaseHTTPRequestHandler):
                 self._problem(422, "The picture cannot be held against this reference.", [fault])
                 return
             id = self.service.add(given["scene"], given["name"])
-            self.service.update(id, device=given["device"], reference=given["reference"])
+            told = given["webhook"] and {
+                "url": given["webhook"]["url"],
+                "state": "waiting",
+                "attempts": 0,
+                "error": None,
+            }
+            self.service.secrets[id] = given["webhook"] and given["webhook"]["secret"]
+            self.service.update(id, device=given["device"], reference=given["reference"], webhook=told)
             self._json(201, self.service.jobs[id])
 
     # Answers

@@ -68,6 +68,20 @@ def test_submit_names_a_reference(service: Service, scene_file: Path, tmp_path: 
     assert (done.returncode, done.stderr) == (1, f"woodcock: {tmp_path / 'none.exr'}: No such file or directory\n")
 
 
+def test_submit_names_a_webhook(service: Service, scene_file: Path) -> None:
+    """Its secret is in no process list."""
+    asked, secret = ("submit", scene_file, "--server", service.url, "--webhook", "https://example.org/"), "whsec_a"
+    done = woodcock(*asked, WOODCOCK_WEBHOOK_SECRET=secret)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert service.jobs["job0000"]["webhook"]["url"] == "https://example.org/"
+    assert service.secrets["job0000"] == secret
+    for more, says in (((), "needs WOODCOCK_WEBHOOK_SECRET"), (("--check",), "neither --check nor --vary")):
+        done = woodcock(*asked, *more)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert says in done.stderr
+    assert len(service.jobs) == 1
+
+
 def test_an_error_that_is_asked_for_is_told(service: Service, scene_json: dict[str, Any], tmp_path: Path) -> None:
     add = service.add
 

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 import woodcock_client
 from woodcock.scene import Scene, SceneError, files, with_files
-from woodcock_client import Client, ServiceError, Unreachable, client
+from woodcock_client import Client, ServiceError, Unreachable, Webhook, client
 
 if TYPE_CHECKING:
     from .service import Service
@@ -75,6 +75,13 @@ def test_a_submitted_scene_comes_back(talk: Client, scene: Scene) -> None:
     assert talk.job(job.id) == job
     assert isinstance(job.created_at, datetime)
     assert job.created_at.tzinfo == UTC
+
+
+def test_a_webhook_is_asked_for(service: Service, talk: Client, scene: Scene) -> None:
+    assert talk.submit(scene).webhook is None
+    job = talk.submit(scene, webhook="https://example.org/", webhook_secret="whsec_a")
+    assert job.webhook == Webhook(url="https://example.org/", state="waiting", attempts=0)
+    assert service.secrets == {"job0000": None, job.id: "whsec_a"}
 
 
 def test_answers_are_frozen(talk: Client, scene: Scene) -> None:

@@ -26,6 +26,8 @@ from woodcock_server.database import open_database
 
 #: By which a service is asked that no one listens for.
 ADDRESS = "http://127.0.0.1:8000"
+#: As much of a scene as a row of the queue needs.
+SCENE = {"film": {"width": 4, "height": 3}, "stop": {"kind": "samples", "samples": 5}}
 PROGRAM = "import typer\nfrom woodcock_server.command import serve\nif __name__ == '__main__': typer.run(serve)\n"
 
 

@@ -49,6 +49,9 @@ ROWS: dict[str, dict[str, Any]] = {
     "answers": {"key": "k", "digest": "d", "answer": "{}", "created_at": THEN},
     "tokens": {"id": VOLUME, "name": "farm", "digest": "d", "scope": "write", "created_at": THEN},
     "job_files": {"job_id": JOB, "file": "sha256:1"},
+    "webhooks": {
+        "job_id": JOB, "url": "https://a.example", "secret": "whsec_x", "state": "delivered", "attempts": 1,
+    },
     "job_events": {"job_id": JOB, "state": "succeeded", "at": THEN},
 }  # fmt: skip
 REVISIONS = [script.revision for script in ScriptDirectory.from_config(alembic_config()).walk_revisions()][::-1]

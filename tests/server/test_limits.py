@@ -20,12 +20,11 @@ from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
 from woodcock_server.tables import jobs
 
-from .conftest import ADDRESS
+from .conftest import ADDRESS, SCENE
 from .files import npy
 
 Make = Callable[..., dict[str, Any]]
 NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
-SCENE = {"film": {"width": 4, "height": 3}, "stop": {"kind": "samples", "samples": 5}}
 
 
 @pytest.fixture

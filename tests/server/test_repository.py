@@ -11,9 +11,10 @@ from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
 from woodcock_server.jobs.states import State
 
+from .conftest import SCENE
+
 NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
 LEASE = timedelta(seconds=10)
-SCENE = {"film": {"width": 4, "height": 3}, "stop": {"kind": "samples", "samples": 5}}
 
 
 def add(engine: Engine, device: str = ANY) -> str:

@@ -25,7 +25,7 @@ from woodcock_server.jobs import repository
 from woodcock_server.jobs.schemas import ANY
 from woodcock_server.jobs.states import State
 
-from .conftest import Service
+from .conftest import SCENE, Service
 from .receiver import SECRET, Receiver
 
 MakeScene = Callable[..., dict[str, Any]]
@@ -162,7 +162,7 @@ def due(connection: Connection, job: str) -> Any:
     ids=["succeeded", "failed", "cancelled while queued", "cancelled while rendered", "abandoned"],
 )
 def test_every_end_is_due_in_its_own_transaction(engine: Engine, end: Callable[[Connection, str], bool]) -> None:
-    asked = {"name": "", "scene": {}, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
+    asked = {"name": "", "scene": SCENE, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
     with engine.begin() as connection:
         job, other = (repository.add(connection, asked, NOW) for _ in range(2))
     with engine.connect() as connection:
@@ -179,7 +179,7 @@ def test_every_end_is_due_in_its_own_transaction(engine: Engine, end: Callable[[
 
 
 def test_a_job_that_goes_back_into_the_queue_is_not_due(engine: Engine) -> None:
-    asked = {"name": "", "scene": {}, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
+    asked = {"name": "", "scene": SCENE, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
     with engine.begin() as connection:
         job = repository.add(connection, asked, NOW)
         assert by_its_holder(State.QUEUED)(connection, job)
@@ -187,7 +187,7 @@ def test_a_job_that_goes_back_into_the_queue_is_not_due(engine: Engine) -> None:
 
 
 def test_an_error_of_the_database_tells_no_secret(engine: Engine) -> None:
-    asked = {"name": "", "scene": {}, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
+    asked = {"name": "", "scene": SCENE, "device": ANY, "webhook": {"url": URL, "secret": SECRET}}
     with engine.begin() as connection:
         connection.execute(text("CREATE TRIGGER t BEFORE INSERT ON webhooks BEGIN SELECT RAISE(ABORT, 'full'); END"))
     with pytest.raises(SQLAlchemyError, match="INSERT INTO webhooks") as caught, engine.begin() as connection:

@@ -5,7 +5,7 @@ BIN := .venv/bin
 SOURCES := kernels server client tests
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check test-slow calibrate mutants studies bench peers clean packages
+.PHONY: help demo test check test-slow calibrate mutants studies load bench peers clean packages
 
 help:
 	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end;'
@@ -16,6 +16,7 @@ help:
 	@echo 'make calibrate   statistical tests with fresh seeds: are their p-values uniform? (SEED=text: those of an earlier run)'
 	@echo 'make mutants     deliberate bugs, one at a time: do the tests notice? (half an hour; SINS="word ...": some of them)'
 	@echo 'make studies     the pages of kernels/studies and their figures, written anew (DATA=folder: of larger scenes too)'
+	@echo 'make load        many clients at once: how quickly the service answers, what memory it takes (nothing else should run)'
 	@echo 'make bench       timings, and efficiency against the other renderers that are installed (benchmarks/)'
 	@echo 'make peers       Mitsuba 3, Blender Cycles and LuxCore for make bench, in .venv-peers (Cycles needs PYTHON=python3.11)'
 	@echo 'make clean       remove what the others made, the pictures in demo/ too'
@@ -45,6 +46,9 @@ studies: .venv/installed-test
 	$(BIN)/python -m studies.stiff_ode
 	$(BIN)/python -m studies.error_against_time
 	$(BIN)/python -m studies.estimators $(if $(DATA),--data '$(DATA)')
+
+load: .venv/installed-test
+	$(BIN)/python -m pytest -m load -s tests/load
 
 bench: .venv/installed-test
 	$(BIN)/python -m pytest -m benchmark -s

@@ -139,13 +139,13 @@ def test_the_devices_are_checked_too(tmp_path: Path) -> None:
     assert re.fullmatch(r"Device cpu0 is ready: .*, lanes 1.*\.", said[-1])
 
 
-def test_logs_can_be_json_and_name_their_job(tmp_path: Path, make_scene: Callable[..., dict[str, Any]]) -> None:
-    service = Service(tmp_path / "data", WOODCOCK_LOG_FORMAT="json")
-    service.start()
-    job_id = service.submit(make_scene(samples=1))
-    service.wait(job_id, lambda job: job["state"] == "succeeded")
-    service.stop()
-    lines = [json.loads(line) for line in service.log.read_text().splitlines()]
+def test_logs_can_be_json_and_name_their_job(own_service: Service, make_scene: Callable[..., dict[str, Any]]) -> None:
+    own_service.environment["WOODCOCK_LOG_FORMAT"] = "json"
+    own_service.start()
+    job_id = own_service.submit(make_scene(samples=1))
+    own_service.wait(job_id, lambda job: job["state"] == "succeeded")
+    own_service.stop()
+    lines = [json.loads(line) for line in own_service.log.read_text().splitlines()]
     about = [line for line in lines if line["event"].startswith("job ")]
     assert [line["event"] for line in about] == ["job claimed", "job succeeded"]
     assert {line["job"] for line in about} == {job_id}

@@ -168,11 +168,13 @@ def test_a_device_that_crashes_over_two_jobs_is_quarantined_unless_one_between_e
 
 
 @pytest.mark.slow
-def test_a_worker_that_takes_too_much_memory_is_killed_and_the_job_says_so(tmp_path: Path, make_scene: Make) -> None:
-    service = Service(tmp_path / "data", WOODCOCK_WORKER_MEMORY="700MiB")
+def test_a_worker_that_takes_too_much_memory_is_killed_and_the_job_says_so(
+    own_service: Service, make_scene: Make
+) -> None:
+    service = own_service
+    service.environment["WOODCOCK_WORKER_MEMORY"] = "700MiB"
     service.start()
     says = failure(service, service.submit(make_scene(size=8192, samples=1), "cpu0"))
     assert says.startswith("The process that renders on cpu0 died 4 times")
     assert says.endswith("It is killed when it takes more than 700 MiB.")
     assert service.wait(service.submit(make_scene(samples=4), "cpu0"), ended, 120)["state"] == "succeeded"
-    service.stop()

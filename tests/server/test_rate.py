@@ -50,8 +50,9 @@ def test_each_address_has_its_own_bucket_which_fills_again_and_few_are_kept(monk
     assert len(limit._buckets) == 3
 
 
-def test_a_reader_that_stands_still_is_dropped(tmp_path: Path) -> None:
-    service = Service(tmp_path / "data", "import woodcock_server.command as c\nc.SILENT_SECONDS = 2\n")
+def test_a_reader_that_stands_still_is_dropped(own_service: Service) -> None:
+    service = own_service
+    service.program = "import woodcock_server.command as c\nc.SILENT_SECONDS = 2\n" + service.program
     service.start()
     assert service.process is not None
     address = service.http.base_url
@@ -77,4 +78,3 @@ def test_a_reader_that_stands_still_is_dropped(tmp_path: Path) -> None:
             assert time.monotonic() < end, "it reads nothing, and is still waited for"
             time.sleep(0.2)
     assert service.http.get("/healthz").status_code == 200
-    service.stop()

@@ -50,7 +50,10 @@ def _opened(path: Path) -> Iterator[oiio.ImageInput]:
     _check_format(path)
     image = oiio.ImageInput.open(str(path))
     if image is None:
-        raise _unreadable(path, oiio.geterror())
+        reason = oiio.geterror()
+        # The format is known: its own reader gave up, and what it said was lost when others were tried.
+        known = not reason.startswith("OpenImageIO could not find a format reader")
+        raise _unreadable(path, reason if known else "its header is damaged, or announces more than the file can hold")
     try:
         spec = image.spec()
         if spec.width * spec.height > MAX_TEXELS:
@@ -63,10 +66,20 @@ def _opened(path: Path) -> Iterator[oiio.ImageInput]:
 def _pixels(path: Path, image: oiio.ImageInput, channels: list[int]) -> NDArray[np.float32]:
     """(height, width, channels)"""
     first, stop = min(channels), max(channels) + 1
-    pixels = image.read_image(0, 0, first, stop, oiio.FLOAT)
+    if stop - first > len(channels):
+        # One by one: what lies between them could be a thousand others.
+        return np.concatenate([_run(path, image, index, index + 1) for index in channels], axis=-1)
+    pixels = _run(path, image, first, stop)
+    order = [index - first for index in channels]
+    return pixels if order == sorted(order) else np.ascontiguousarray(pixels[..., order])
+
+
+def _run(path: Path, image: oiio.ImageInput, first: int, stop: int) -> NDArray[np.float32]:
+    """(height, width, stop - first)"""
+    pixels: NDArray[np.float32] | None = image.read_image(0, 0, first, stop, oiio.FLOAT)
     if pixels is None:
         raise _unreadable(path, image.geterror())
-    return np.ascontiguousarray(pixels[..., [index - first for index in channels]], np.float32)
+    return pixels
 
 
 def _check_format(path: Path) -> None:

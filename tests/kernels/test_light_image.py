@@ -211,7 +211,7 @@ def test_grey_pictures_are_grey(tmp_path: Path) -> None:
     assert image.is_coloured(image.read(ImageLight(file=file, scale=(1, 2, 3))))
 
 
-def test_faults(tmp_path: Path) -> None:
+def test_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     good = np.ones((2, 4, 3))
     bad = {
         "twice as wide": write(tmp_path / "square.exr", np.ones((4, 4, 3))),
@@ -228,5 +228,9 @@ def test_faults(tmp_path: Path) -> None:
         with pytest.raises(ImageError, match=message) as caught:
             image.read(ImageLight(file=file))
         assert str(caught.value).startswith(file)
+    monkeypatch.setattr("woodcock.picture.MAX_TEXELS", 7)
+    with pytest.raises(ImageError, match=r"is 4 × 2 pixels; 7 in all are the most"):
+        image.read(ImageLight(file=write(tmp_path / "large.exr", good)))
+    monkeypatch.undo()
     with pytest.raises(ImageError, match="largest radiance"):
         image.read(ImageLight(file=write(tmp_path / "bright.exr", good * 1e20), scale=1e20))

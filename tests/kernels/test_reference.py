@@ -56,6 +56,13 @@ def test_of_another_program(tmp_path: Path) -> None:
     assert (reference.variance, reference.seed) == (None, None)
 
 
+def test_a_variance_among_other_channels(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).random((2, 3, 8))
+    variance = tuple(f"variance.{name}" for name in ("B", "C", "G", "R", "Z"))
+    reference = Reference.load(written(tmp_path / "their.exr", pixels, ("R", "G", "B", *variance)))
+    assert reference.variance == pytest.approx(pixels[..., [6, 5, 3]], rel=1e-6)
+
+
 def test_radiance_files(tmp_path: Path) -> None:
     reference = Reference.load(written(tmp_path / "their.hdr", np.full((2, 3, 3), 0.5), ("R", "G", "B")))
     assert reference.mean == pytest.approx(np.full((2, 3, 3), 0.5), rel=0.01)

@@ -72,5 +72,5 @@ def _faults_of(path: Path) -> Iterator[None]:
         raise VolumeError(f"{path}: {error}") from None
     except OSError as error:
         raise VolumeError(f"{path}: {error.strerror}") from None
-    except MemoryError:
-        raise VolumeError(f"{path}: needs more memory than there is") from None
+    except MemoryError as error:
+        raise VolumeError(f"{path}: needs more memory than there is") from error

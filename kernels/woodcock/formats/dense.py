@@ -20,7 +20,7 @@ Values = npt.NDArray[Any]
 
 def check_shape(shape: Sequence[int]) -> None:
     """Refuses an array indexed [z][y][x] or [z][y][x][3] that is too large."""
-    check_size(shape[2::-1], "holds")
+    check_size(shape[2::-1], "holds", math.prod(shape[3:]))
 
 
 def values_at(data: Data | bytearray, start: int, shape: Sequence[int], dtype: np.dtype[Any]) -> Values:

@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 #: Most voxels of a dense array: 32 GiB of float.
 MAX_VOXELS = 1 << 33
+#: Most grids of a file.
+MAX_GRIDS = 10_000
 
 
 class VolumeError(ValueError):
@@ -96,15 +98,22 @@ def quoted(text: str) -> str:
     return f'"{shown}"' if len(text) <= 60 else f'"{shown}…"'
 
 
-def check_size(shape: Sequence[int], where: str) -> None:
-    """Refuses a dense array of `shape` (x, y, z) voxels that is larger than MAX_VOXELS, or, as floats, than memory."""
+def check_size(shape: Sequence[int], where: str, channels: int = 1) -> None:
+    """Refuses a dense array of `shape` (x, y, z) voxels, of so many numbers each, that is larger than MAX_VOXELS, or,
+    as floats, than memory."""
     x, y, z = shape
     if x * y * z > MAX_VOXELS:
         raise VolumeError(f"{where} {x} × {y} × {z} voxels, more than the {MAX_VOXELS} that are allowed")
-    if 4 * x * y * z > memory():
+    if 4 * channels * x * y * z > memory():
         raise VolumeError(
             f"{where} {x} × {y} × {z} voxels, more than the {memory() >> 20} MiB of this machine's memory hold"
         )
+
+
+def check_bytes(size: int, what: str) -> None:
+    """Refuses what a file says to take so many bytes, if that is more than memory."""
+    if size > memory():
+        raise VolumeError(f"{what} {size} bytes, more than the {memory() >> 20} MiB of this machine's memory hold")
 
 
 def memory() -> int:

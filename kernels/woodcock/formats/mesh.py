@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,14 +22,15 @@ import numpy.typing as npt
 
 from woodcock.formats.grid import Data, VolumeError, opened, quoted
 
-#: Most triangles of a mesh, and bytes of its file.
+#: Most triangles and vertices of a mesh, and bytes of its file.
 MAX_FACES = 1 << 24
+MAX_VERTICES = 3 * MAX_FACES
 MAX_BYTES = 1 << 31
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-_NUMBER = rb"[ \t]+[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = rb"[ \t]+[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 # Lines of an OBJ file that begin like a vertex or a face and are none
 _BAD_LINE = re.compile(
     rb"^(?:vn?(?=[ \t])(?!(?:" + _NUMBER + rb"){3,8}[ \t]*$)|f(?=[ \t])(?!(?:[ \t]+\d+(?:/\d*){0,2}){3,}[ \t]*$))",
@@ -63,8 +65,8 @@ def read_mesh(path: Path) -> Mesh:
         raise MeshError(f"{path}: {error}") from None
     except OSError as error:
         raise MeshError(f"{path}: {error.strerror}") from None
-    except MemoryError:
-        raise MeshError(f"{path}: needs more memory than there is") from None
+    except MemoryError as error:
+        raise MeshError(f"{path}: needs more memory than there is") from error
 
 
 def _read(path: Path) -> Mesh:
@@ -114,8 +116,7 @@ def _checked(mesh: Mesh) -> Mesh:
     """The mesh, with everything that must hold of one."""
     if not len(mesh.faces):
         raise MeshError("holds no triangle")
-    if len(mesh.faces) > MAX_FACES:
-        raise MeshError(f"holds {len(mesh.faces)} triangles; {MAX_FACES} are the most")
+    _check_counts(len(mesh.faces), len(mesh.vertices))
     if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
         raise MeshError(f"has a face that names a vertex it lacks; it has {len(mesh.vertices)}")
     if not np.isfinite(mesh.vertices).all() or np.abs(mesh.vertices).max() > 1e30:
@@ -123,6 +124,14 @@ def _checked(mesh: Mesh) -> Mesh:
     if mesh.normals is not None and not np.isfinite(mesh.normals).all():
         raise MeshError("has normals that are not finite")
     return mesh
+
+
+def _check_counts(faces: int, vertices: int) -> None:
+    """Refuses a mesh that is too large, by what its file announces."""
+    if faces > MAX_FACES:
+        raise MeshError(f"holds {faces} triangles; {MAX_FACES} are the most")
+    if vertices > MAX_VERTICES:
+        raise MeshError(f"holds {vertices} vertices; {MAX_VERTICES} are the most")
 
 
 def _mesh(parts: Mapping[str, Any]) -> Mesh:
@@ -148,16 +157,21 @@ def _mesh(parts: Mapping[str, Any]) -> Mesh:
 def _ply(data: bytes) -> Mesh:
     from trimesh.exchange.ply import load_ply
 
-    end = data.find(b"end_header")
-    if end < 0:
+    end = re.search(rb"^[^\n]*(?<!\S)end_header(?!\S)", data, re.MULTILINE)
+    if not end:
         raise MeshError("is cut short in its PLY header")
-    header = data[:end]
-    lengths = [int(number) for number in re.findall(rb"^element[ \t]+\S+[ \t]+(\d+)\s*$", header, re.MULTILINE)]
+    header = data[: end.start()]
+    elements = re.findall(rb"^element[ \t]+(\S+)[ \t]+(\d{1,18})\s*$", header, re.MULTILINE)
+    # Of others trimesh would have its own idea.
+    if len(elements) != len(re.findall(rb"^[^\S\n]*\S*element", header, re.MULTILINE)):
+        raise MeshError("has an element in its PLY header that is none")
+    lengths = {name: int(length) for name, length in elements}
     # Every element takes a byte at least, in text as in binary.
-    if sum(lengths) > len(data):
+    if sum(lengths.values()) > len(data):
         raise MeshError("is cut short: its header announces more than follows")
+    _check_counts(lengths.get(b"face", 0), lengths.get(b"vertex", 0))
     # Of text that is no number trimesh would read what comes before.
-    if re.search(rb"^format[ \t]+ascii", header, re.MULTILINE) and re.search(rb"[^\d\seE+.-]", data[end + 10 :]):
+    if re.search(rb"^format[ \t]+ascii", header, re.MULTILINE) and re.search(rb"[^\d\seE+.-]", data[end.end() :]):
         raise MeshError("has something else than numbers after its PLY header")
     parts = load_ply(io.BytesIO(data), skip_materials=True, fix_texture=False)
     faces = parts["metadata"]["_ply_raw"].get("face", {}).get("data")
@@ -167,10 +181,9 @@ def _ply(data: bytes) -> Mesh:
             field = faces[name]
             if field.dtype.names and len(field) and (field["f0"] != field["f0"][0]).any():
                 raise MeshError("mixes polygons of several sizes in a binary PLY file; triangulate it")
-    for element, length in re.findall(rb"^element[ \t]+(\S+)[ \t]+(\d+)\s*$", header, re.MULTILINE):
-        field = parts["vertices"] if element == b"vertex" else parts.get("faces") if element == b"face" else None
-        if field is not None and len(field) < int(length):
-            raise MeshError(f"is cut short: its header announces {int(length)} of {element.decode()}")
+    for element, field in ((b"vertex", parts.get("vertices")), (b"face", parts.get("faces"))):
+        if field is not None and len(field) < lengths.get(element, 0):
+            raise MeshError(f"is cut short: its header announces {lengths[element]} of {element.decode()}")
     return _mesh(parts)
 
 
@@ -223,17 +236,49 @@ def _gltf(data: bytes, folder: Path) -> Mesh:
     from trimesh.exchange import gltf
 
     binary = data.startswith(b"glTF")
-    tree = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data)
+    text = data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data
+    tree = json.loads(text.decode("utf-8"))  # of any other encoding trimesh would have its own idea
     if tree.get("extensionsRequired"):
         raise MeshError(f"needs extensions of glTF: {quoted(', '.join(map(str, tree['extensionsRequired'])))}")
     for accessor in tree.get("accessors", ()):
         if "sparse" in accessor or "bufferView" not in accessor:
             raise MeshError("has sparse or empty accessors; export it without")
-        if not (type(accessor["count"]) is int and 0 < accessor["count"] <= len(data) + MAX_BYTES):
-            raise MeshError("has a damaged accessor")
+    _check_amounts(tree)
     load = gltf.load_glb if binary else gltf.load_gltf
     found = load(io.BytesIO(data), resolver=_Folder(folder), skip_materials=True)
     return _together(list(_placed(found, trimesh)))
+
+
+#: Bytes of a number, and numbers of an item.
+_COMPONENTS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_STRIP = 5  # the mode of primitives of which each corner but two makes a triangle
+
+
+def _check_amounts(tree: Any) -> None:
+    """Refuses a glTF file whose parts come to more than a mesh may have: they can name the same bytes over and over."""
+    nodes, accessors = tree.get("nodes", ()), tree.get("accessors", ())
+    counts = [accessor["count"] for accessor in accessors]
+    lengths = [view["byteLength"] for view in tree.get("bufferViews", ())]
+    if not all(type(number) is int and number > 0 for number in counts + lengths):
+        raise MeshError("has a damaged accessor or buffer view")
+    sizes = [_COMPONENTS[accessor["componentType"]] * _ITEMS[accessor["type"]] for accessor in accessors]
+    unpacked = sum(count * size for count, size in zip(counts, sizes, strict=True))
+    if max(sum(lengths), unpacked) > MAX_BYTES:
+        raise MeshError(f"has accessors or buffer views of more than {MAX_BYTES} bytes together")
+    children = [child for node in nodes for child in node.get("children", ())]
+    if len(children) != len(set(children)):
+        raise MeshError("has a node that is the child of several")
+    uses = Counter(node["mesh"] for node in nodes if "mesh" in node)
+    faces = vertices = 0
+    for index, mesh in enumerate(tree.get("meshes", ())):
+        times = max(1, uses[index])
+        for primitive in mesh["primitives"]:
+            points = primitive["attributes"]["POSITION"]
+            corners = counts[primitive.get("indices", points)]
+            faces += times * (corners if primitive.get("mode") == _STRIP else corners // 3)
+            vertices += times * counts[points]
+    _check_counts(faces, vertices)
 
 
 def _placed(found: Mapping[str, Any], trimesh: Any) -> Iterator[Mesh]:

@@ -14,21 +14,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from woodcock.formats import grid as limits
 from woodcock.formats.dense import Matrix, from_samples
-from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose, quoted
+from woodcock.formats.grid import MAX_GRIDS, Data, File, Grid, GridInfo, VolumeError, choose, quoted
 from woodcock.formats.nanovdb_tree import GRID_HEADER, LAYOUTS, TREE_END, leaf_values, root_of, topology
-from woodcock.formats.packed import unpack
+from woodcock.formats.packed import check_packed, unpack
 from woodcock.formats.vdb_codec import Cursor, unpack_blosc
 from woodcock.formats.vdb_tree import dense_values
 
 _SEGMENTS, _GRID = (b"NanoVDB0", b"NanoVDB2"), b"NanoVDB1"
 MAJOR_VERSION = 32
 
-_PLAIN, _ZIP, _BLOSC = 0, 1, 2
+_PLAIN, _ZIP, _BLOSC = range(3)
 _BLOSC_CHUNK = 1 << 30  # bytes of a grid that are packed together
 _LEVEL_SET = 1
-_MOST_GRIDS = 10_000
 
 _HEADER = struct.Struct("<8sI2H")
 #: Sizes of the grid in memory and in the file, active voxels, type, their bounding box, size of the name.
@@ -114,8 +112,6 @@ def _index_to_world(numbers: list[float], low: list[int]) -> Matrix:
 
 
 def _unpacked(data: Data, entry: _Entry) -> bytes | bytearray:
-    if entry.size > 8 * limits.MAX_VOXELS:
-        raise VolumeError(f"takes {entry.size} bytes, more than the {8 * limits.MAX_VOXELS} that are allowed")
     if entry.size < GRID_HEADER.size:
         raise VolumeError("is damaged: it is shorter than its header")
     if entry.codec == _PLAIN:
@@ -150,18 +146,20 @@ def _segments(data: Data) -> Iterator[_Entry]:
     while cursor.position < len(data):
         magic, version, count, codec = _HEADER.unpack(cursor.take(_HEADER.size))
         known += count
-        if magic not in _SEGMENTS or codec not in (_PLAIN, _ZIP, _BLOSC) or known > _MOST_GRIDS:
+        if magic not in _SEGMENTS or codec > _BLOSC or known > MAX_GRIDS:
             raise VolumeError(f"is damaged: a segment cannot be read before byte {cursor.position}")
         if version >> 21 != MAJOR_VERSION:
             raise VolumeError(f"is of NanoVDB version {version >> 21}; {MAJOR_VERSION} can be read, write it anew")
         found = []
         for _ in range(count):
             size, packed, voxels, kind, *box, length = _METADATA.unpack(cursor.take(_METADATA.size))
-            name = cursor.take(length).split(b"\0")[0].decode("utf-8", "replace")
+            name = cursor.take(length).partition(b"\0")[0].decode("utf-8", "replace")
             found.append((name, kind, box, voxels, packed, size))
         for name, kind, box, voxels, packed, size in found:
             start = cursor.position
             cursor.skip(size if codec == _PLAIN else packed)
+            if codec != _PLAIN:
+                check_packed(packed, size, "zlib" if codec == _ZIP else "blosc")
             low, high = tuple(box[:3]), tuple(box[3:])
             yield _Entry(name, kind, low, high, voxels, codec, start, cursor.position, size)
 
@@ -172,11 +170,11 @@ def _bare(data: Data) -> Iterator[_Entry]:
         start, known = cursor.position, known + 1
         header = cursor.take(TREE_END)
         version, size = struct.unpack_from("<16xI12xQ", header)
-        if header[:8] != _GRID or size < TREE_END or known > _MOST_GRIDS:
+        if header[:8] != _GRID or size < TREE_END or known > MAX_GRIDS:
             raise VolumeError(f"is damaged: a grid cannot be read at byte {start}")
         if version >> 21 != MAJOR_VERSION:
             raise VolumeError(f"is of NanoVDB version {version >> 21}; {MAJOR_VERSION} can be read, write it anew")
-        name = header[40:296].split(b"\0")[0].decode("utf-8", "replace")
+        name = header[40:296].partition(b"\0")[0].decode("utf-8", "replace")
         (kind,), (voxels,) = struct.unpack_from("<I", header, 636), struct.unpack_from("<Q", header, TREE_END - 8)
         box = Cursor(data, start + root_of(header)).array("<i4", 6).tolist()
         cursor.position = start

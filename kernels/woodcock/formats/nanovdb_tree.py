@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from woodcock.formats.dense import keep
-from woodcock.formats.grid import VolumeError, check_size
+from woodcock.formats.grid import VolumeError
 from woodcock.formats.vdb_codec import Layout
 from woodcock.formats.vdb_tree import (
     LOWER,
@@ -27,6 +27,7 @@ from woodcock.formats.vdb_tree import (
     Tree,
     add_leaves,
     add_tiles,
+    check_content,
     places_of,
     room_for_leaves,
 )
@@ -111,7 +112,7 @@ def topology(grid: bytes | bytearray, kind: int) -> tuple[Tree, Places]:
     _check(data, leaves, layout.leaf_size)
     masks = _gather(data, leaves, _ALIGNMENT * 3)[:, _LEAF_MASK : _LEAF_MASK + 64]
     add_leaves(tree, origins, np.ascontiguousarray(masks))
-    check_size(tree.content.shape, "spans")
+    check_content(tree)
     return tree, leaves
 
 

@@ -25,7 +25,7 @@ from woodcock.formats.dense import (
     values_at,
 )
 from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose
-from woodcock.formats.packed import unpack
+from woodcock.formats.packed import check_packed, unpack
 
 _GZIP = b"\x1f\x8b"
 _MOST_EXTENSIONS = 1 << 26  # bytes between header and values
@@ -59,6 +59,10 @@ class _Header:
     offset: float
     samples_to_world: Matrix | None
 
+    @property
+    def end(self) -> int:  # of the values
+        return self.start + math.prod(self.shape) * self.dtype.itemsize
+
 
 def recognises(file: File) -> bool:
     try:
@@ -76,7 +80,7 @@ def read(file: File, name: str | None) -> Grid:
     packed, start = file.data[:2] == _GZIP, header.start
     data: Data | bytearray = file.data
     if packed:
-        data = _unpacked(file.data, start + math.prod(header.shape) * header.dtype.itemsize)
+        data = _unpacked(file.data, header.end)
     values = values_at(data, start, header.shape, header.dtype)
     if len(header.shape) == 4:
         values = np.moveaxis(values, 0, -1)
@@ -92,7 +96,9 @@ def read(file: File, name: str | None) -> Grid:
 def list_grids(file: File) -> tuple[GridInfo, ...]:
     """The one volume; every voxel counts as active. Raises VolumeError."""
     header = _header(file.data)
-    if file.data[:2] != _GZIP:
+    if file.data[:2] == _GZIP:
+        check_packed(len(file.data), header.end, "gzip")
+    else:
         values_at(file.data, header.start, header.shape, header.dtype)
     shape = (*header.shape[1:], 3) if len(header.shape) == 4 else header.shape
     return (info(NAME, shape, header.dtype),)
@@ -152,7 +158,7 @@ def _shape(dim: list[int]) -> tuple[int, ...]:
         raise VolumeError(
             f"holds {size} values; it must be one volume (of one time), not empty, of scalars or 3-vectors"
         )
-    check_shape((z, y, x))
+    check_shape((z, y, x, others[1]))
     return (3, z, y, x) if others[1] == 3 else (z, y, x)
 
 

@@ -14,12 +14,11 @@ from dataclasses import dataclass
 
 from woodcock.formats import npy
 from woodcock.formats.dense import check_shape, info, keep, unit_cube
-from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose, quoted
-from woodcock.formats.packed import unpack
+from woodcock.formats.grid import MAX_GRIDS, Data, File, Grid, GridInfo, VolumeError, choose, quoted
+from woodcock.formats.packed import check_packed, unpack
 
 _MEMBER, _ENTRY, _END, _END_64, _LOCATOR_64 = (b"PK" + kind for kind in (b"\3\4", b"\1\2", b"\5\6", b"\6\6", b"\6\7"))
 _STORED, _DEFLATED = 0, 8
-_MOST_MEMBERS = 10_000
 _LONGEST_END = 20 + 22 + 0xFFFF  # locator, end record and its comment
 _FULL = 0xFFFFFFFF  # a 32-bit field that stands in the 64-bit form instead
 
@@ -82,6 +81,8 @@ def _header(data: Data, member: _Member) -> npy.Header:
     check_shape(header.shape)
     if member.size != header.start + math.prod(header.shape) * header.dtype.itemsize:
         raise VolumeError(f"is damaged: its {member.size} bytes are not those of an array of shape {header.shape}")
+    if member.method == _DEFLATED:
+        check_packed(end - start, member.size, "deflate")
     return header
 
 
@@ -115,8 +116,8 @@ def _span(data: Data, member: _Member) -> tuple[int, int]:
 def _members(data: Data) -> dict[str, _Member]:
     """The .npy members by name, in the file's order."""
     position, count = _directory(data)
-    if count > _MOST_MEMBERS:
-        raise VolumeError(f"has {count} members, more than the {_MOST_MEMBERS} that are allowed")
+    if count > MAX_GRIDS:
+        raise VolumeError(f"has {count} members, more than the {MAX_GRIDS} that are allowed")
     members = {}
     for _ in range(count):
         entry = _take(data, position, 46)

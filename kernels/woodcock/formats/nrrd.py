@@ -13,7 +13,7 @@ import numpy as np
 from woodcock.formats.dense import NAME, Values, from_samples, info, keep, unit_cube, values_at
 from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose, opened, quoted
 from woodcock.formats.nrrd_header import MAGIC, PACKED, Header, parse
-from woodcock.formats.packed import unpack
+from woodcock.formats.packed import check_packed, unpack
 
 
 def recognises(file: File) -> bool:
@@ -37,7 +37,9 @@ def list_grids(file: File) -> tuple[GridInfo, ...]:
     """The one array; every voxel counts as active. Raises VolumeError."""
     header = parse(file.data)
     data, start = _found(file, header)
-    if header.encoding == "raw":
+    if header.encoding in PACKED:
+        check_packed(len(data) - start, header.skip + header.size, PACKED[header.encoding])
+    else:
         values_at(data, start, header.shape, header.dtype)
     space = [size for axis, size in enumerate(header.shape) if axis != header.vector_axis]
     return (info(NAME, space if header.vector_axis is None else [*space, 3], header.dtype),)

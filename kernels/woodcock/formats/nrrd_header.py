@@ -62,7 +62,7 @@ def parse(data: Data) -> Header:
     sizes = _integers(fields, "sizes")
     vector_axis = _vector_axis(sizes, fields)
     axes = [axis for axis in range(len(sizes)) if axis != vector_axis]
-    check_shape([sizes[axis] for axis in reversed(axes)])
+    check_shape([*(sizes[axis] for axis in reversed(axes)), 1 if vector_axis is None else 3])
     (lines,), (skip,) = _integers(fields, "lineskip", "0"), _integers(fields, "byteskip", "0")
     if not 0 <= lines <= _MOST_SKIPPED or not (0 if encoding in PACKED else -1) <= skip <= _MOST_SKIPPED:
         raise VolumeError(f"skips {lines} lines and {skip} bytes before its values, which cannot be right")

@@ -5,18 +5,25 @@ from __future__ import annotations
 import bz2
 import zlib
 
-from woodcock.formats.grid import Data, VolumeError
+from woodcock.formats.grid import Data, VolumeError, check_bytes
 
-_CHUNK = 1 << 20
+_CHUNK = 1 << 16  # of which the rest is copied for each member that begins in it
 _DEFLATE_RATIO = 1032  # no deflate stream unpacks to more than this many times its size
 _WINDOW = {"gzip": 31, "zlib": 15, "deflate": -15}  # how zlib is told the wrapping
 
 
+def check_packed(packed: int, size: int, kind: str) -> None:
+    """Refuses a stream of `packed` bytes that cannot unpack to `size`, or to what memory does not hold."""
+    if kind in _WINDOW and size > packed * _DEFLATE_RATIO:
+        raise VolumeError(f"is cut short: {packed} packed bytes cannot hold {size}")
+    check_bytes(size, "unpacks to")
+
+
 def unpack(data: Data, start: int, end: int, size: int, kind: str) -> bytearray:
     """The first `size` bytes of what [start, end) unpacks to; `kind` is `gzip`, `zlib`, `deflate` or `bzip2`. Of gzip
-    and bzip2 several members may follow each other. Raises VolumeError if the stream is damaged or gives less."""
-    if kind in _WINDOW and size > (end - start) * _DEFLATE_RATIO:
-        raise VolumeError(f"is cut short: {end - start} packed bytes cannot hold {size}")
+    and bzip2 several members may follow each other. Raises VolumeError if the stream is damaged or gives less, or as
+    `check_packed` does."""
+    check_packed(end - start, size, kind)
     try:
         unpacked = _unpack(data, start, end, size, kind)
     except (zlib.error, OSError, EOFError):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from woodcock.formats.grid import Data, File, Grid, GridInfo, VolumeError, choose, quoted
+from woodcock.formats.grid import MAX_GRIDS, Data, File, Grid, GridInfo, VolumeError, choose, quoted
 from woodcock.formats.vdb_codec import ACTIVE_MASK, BLOSC, ZIP, Cursor, Layout
 from woodcock.formats.vdb_tree import background, dense_values, leaf_values, topology
 
@@ -170,7 +170,10 @@ def _entries(data: Data) -> list[_Entry]:
     cursor.take(36)  # uuid
     _metadata(cursor)
     entries = []
-    for _ in range(cursor.uint32()):
+    count = cursor.uint32()
+    if count > MAX_GRIDS:
+        raise VolumeError(f"has {count} grids, more than the {MAX_GRIDS} that are allowed")
+    for _ in range(count):
         name, tree, parent = cursor.string(), cursor.string(), cursor.string()
         position, _, end = cursor.int64(), cursor.int64(), cursor.int64()
         # Every grid lies behind the last: this ends, whatever the numbers are.

@@ -7,13 +7,14 @@ A file has the topology first (masks, and the values of tiles), then the buffers
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from woodcock.formats.grid import MAX_VOXELS, VolumeError, check_size
+from woodcock.formats.grid import VolumeError, check_bytes, check_size
 from woodcock.formats.vdb_codec import Cursor, Layout, node_values
 
 LEAF, LOWER, UPPER = 3, 4, 5  # log2 of a node's width in children; a leaf's children are voxels
@@ -102,8 +103,13 @@ def topology(cursor: Cursor, layout: Layout, *, dense: bool) -> Tree:
     if origins:
         add_leaves(tree, np.concatenate(origins), np.concatenate(masks))
     if dense:
-        check_size(tree.content.shape, "spans")
+        check_content(tree)
     return tree
+
+
+def check_content(tree: Tree) -> None:
+    """Refuses a tree whose content is too large for a dense array."""
+    check_size(tree.content.shape, "spans", tree.layout.channels)
 
 
 def add_leaves(tree: Tree, origins: Positions, masks: Masks) -> None:
@@ -146,7 +152,7 @@ def add_tiles(
         content = origins[active | filled]
         tree.content.add(content, content + (span - 1))
         # Now, not at the end: it also bounds how many tiles a hostile file can make us keep.
-        check_size(tree.content.shape, "spans")
+        check_content(tree)
         if filled.any():
             tree.tiles.append((origins[filled], span, values[filled]))
 
@@ -159,7 +165,7 @@ def dense_values(leaves: npt.NDArray[Any], tree: Tree) -> tuple[npt.NDArray[Any]
     tree.content.add_voxels(tree.origins, np.packbits(filled, axis=1, bitorder="little"))
     low = [n - 1 for n in tree.content.low] or [0, 0, 0]
     shape = [n + 2 for n in tree.content.shape] if tree.content.low else [1, 1, 1]
-    check_size(shape, "spans, with its border,")
+    check_size(shape, "spans, with its border,", tree.layout.channels)
 
     kept = np.float16 if tree.layout.half else np.float32
     values = np.zeros((*shape[::-1], tree.layout.channels), kept)
@@ -194,6 +200,6 @@ def leaf_values(cursor: Cursor, tree: Tree) -> npt.NDArray[Any]:
 
 def room_for_leaves(tree: Tree) -> npt.NDArray[Any]:
     """(leaves, 512, channels), not yet filled."""
-    if len(tree.masks) * 512 > MAX_VOXELS:
-        raise VolumeError(f"has {len(tree.masks)} leaf nodes of 512 voxels, more than {MAX_VOXELS} voxels together")
-    return np.empty((len(tree.masks), 512, tree.layout.channels), tree.layout.dtype)
+    shape, dtype = (len(tree.masks), 512, tree.layout.channels), tree.layout.dtype
+    check_bytes(math.prod(shape) * dtype.itemsize, f"has {len(tree.masks)} leaf nodes, which take")
+    return np.empty(shape, dtype)

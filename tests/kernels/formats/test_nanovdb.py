@@ -119,7 +119,7 @@ def test_what_cannot_be_rendered_is_refused(nanovdb_grid: Any, nanovdb_file: Any
         "two entries for one place": patched(root + 64 + 32, plain[root + 64 : root + 72]),
         "is no affine map that can be inverted": patched(grid + 384, bytes(72)),
         "bytes are due at byte": plain[:-1],
-        "more than the 68719476736 that are allowed": zipped[:16] + struct.pack("<Q", 1 << 40) + zipped[24:],
+        "packed bytes cannot hold 1099511627776": zipped[:16] + struct.pack("<Q", 1 << 40) + zipped[24:],
         "its zip buffer does not fit": zipped[:200] + b"\xff" * 8 + zipped[208:],
         "its zlib stream": zipped[:220] + bytes(16) + zipped[236:],
         "a blosc buffer": blosced[:208] + bytes(16) + blosced[224:],

@@ -156,7 +156,7 @@ def test_hostile_files(vdb_grid: Any, vdb_file: Any, tmp_path: Path) -> None:
         "version": (plain[:8] + b"\x63\0\0\0" + plain[12:], "file version 99"),
         "stream": (plain[:20] + b"\0" + plain[21:], "without a table of its grids"),
         "string": (plain[:65] + b"\xff" * 4 + plain[69:], "4294967295 bytes are due"),
-        "grids": (plain[:61] + b"\xff" * 4 + plain[65:], "damaged"),
+        "grids": (plain[:61] + b"\xff" * 4 + plain[65:], "has 4294967295 grids, more than the 10000"),
         "no grids": (plain[:61] + bytes(4) + plain[65:], "holds no grid"),
         "metadata": (plain[:57] + b"\xff" * 4 + plain[61:], "damaged"),
         "beyond": (broken(plain, int64(start) * 2, int64(1 << 62) * 2), "is said to be at bytes"),

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene
-from woodcock_server.jobs.schemas import ANY
+from woodcock_server.jobs.schemas import ANY, Name
 from woodcock_server.jobs.states import State
 
 PREFIX = "/api/v1/comparisons"
@@ -30,7 +30,7 @@ class ComparisonCreate(BaseModel):
     scene: Scene
     vary: Annotated[dict[str, list[str]], Field(min_length=1)]
     seconds: Annotated[float, Field(ge=0.1, le=86400)]
-    name: Annotated[str, Field(max_length=200)] = ""
+    name: Name = ""
     device: Annotated[str, Field(max_length=64)] = ANY
     reference: Annotated[str, Field(max_length=71)] | None = None
 

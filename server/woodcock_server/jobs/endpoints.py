@@ -22,6 +22,7 @@ from woodcock_server.jobs.check import JobCheck, check
 from woodcock_server.jobs.idempotency import Key
 from woodcock_server.jobs.schemas import PREFIX, Job, JobChange, JobCreate, JobExtension, JobPage, Tag, summary
 from woodcock_server.jobs.states import State
+from woodcock_server.names import ONE_LINE
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided, Services
@@ -71,9 +72,9 @@ def list_jobs(
     cursor: Cursor = None,
     state: Annotated[list[State] | None, Query(description="Jobs in this state; several may be given.")] = None,
     tag: Tag | None = None,
-    owner: Annotated[str | None, Query(max_length=200, description="Of this owner.")] = None,
+    owner: Annotated[str | None, Query(max_length=200, description="Of this owner."), ONE_LINE] = None,
     text: Annotated[
-        str | None, Query(max_length=200, description="A part of the name, in letters of any case.")
+        str | None, Query(max_length=200, description="A part of the name, in letters of any case."), ONE_LINE
     ] = None,
     since: Annotated[AwareDatetime | None, Query(description="Created then or later.")] = None,
     before: Annotated[AwareDatetime | None, Query(description="Created earlier.")] = None,

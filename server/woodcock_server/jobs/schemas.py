@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene, Stop
 from woodcock_server.jobs.states import State
+from woodcock_server.names import ONE_LINE
 from woodcock_server.webhooks.schemas import Delivery, Webhook
 
 PREFIX = "/api/v1/jobs"
@@ -18,8 +19,8 @@ PREFIX = "/api/v1/jobs"
 ANY = "any"
 
 
-Name = Annotated[str, Field(max_length=200)]
-Tag = Annotated[str, Field(min_length=1, max_length=64)]
+Name = Annotated[str, Field(max_length=200), ONE_LINE]
+Tag = Annotated[str, Field(min_length=1, max_length=64), ONE_LINE]
 #: Once each, sorted.
 Tags = Annotated[
     tuple[Tag, ...],

@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Query, Request, Response
 
 from woodcock_server.access.guard import Owner
+from woodcock_server.names import ONE_LINE
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided
@@ -29,7 +30,7 @@ async def upload_volume(
     response: Response,
     services: Provided,
     owner: Owner,
-    name: Annotated[str, Query(min_length=1, max_length=200, description="File name to show.")],
+    name: Annotated[str, Query(min_length=1, max_length=200, description="File name to show."), ONE_LINE],
 ) -> Volume:
     """Upload a file that scenes may name, as the request's body: a volume, a mesh or a picture, told apart by their
     content. The same content is stored once.

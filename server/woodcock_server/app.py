@@ -39,6 +39,7 @@ from woodcock_server.retention.due import Rule
 from woodcock_server.services import Provided, Services
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import endpoints as volumes
+from woodcock_server.volumes.parser import Parser
 from woodcock_server.webhooks.deliveries import Deliveries
 
 log = structlog.get_logger()
@@ -59,6 +60,7 @@ def create_app(settings: Settings) -> FastAPI:
         guard.protect(engine, settings.host)
     _remove_orphans(engine, storage)
     changes, metrics = Changes(), Metrics()
+    parser = Parser(settings.parse_memory, settings.parse_seconds)
     rule = Rule(settings.keep_days, settings.keep_size)
     limits = Limits(settings.owner_jobs, settings.owner_paths, settings.owner_storage)
 
@@ -82,6 +84,7 @@ def create_app(settings: Settings) -> FastAPI:
                     checks,
                     dispatcher,
                     metrics,
+                    parser,
                     limits,
                     rule,
                     settings.insecure,

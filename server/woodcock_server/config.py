@@ -40,6 +40,12 @@ class Settings(BaseSettings):
         default="console", description="Logs for people, or a JSON object a line for what collects them."
     )
     upload_limit: ByteSize = Field(default=ByteSize(4 << 30), description="Largest upload accepted, e.g. `4GiB`.")
+    parse_memory: Annotated[ByteSize, Field(ge=1 << 28)] = Field(
+        default=ByteSize(4 << 30), description="Memory that reading one uploaded file may take."
+    )
+    parse_seconds: Annotated[int, Field(ge=1)] = Field(
+        default=60, description="Time that reading one uploaded file may take."
+    )
     database_url: str | None = Field(
         default=None, description="SQLAlchemy URL of the database; by default `woodcock.sqlite` in the data folder."
     )

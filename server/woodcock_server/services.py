@@ -17,6 +17,7 @@ from woodcock_server.jobs.limits import Limits
 from woodcock_server.metrics import Metrics
 from woodcock_server.retention.due import Rule
 from woodcock_server.storage import Storage
+from woodcock_server.volumes.parser import Parser
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Services:
     checks: Checks
     dispatcher: Dispatcher
     metrics: Metrics
+    parser: Parser
     limits: Limits
     retention: Rule
     insecure: bool  # nobody is asked for a token

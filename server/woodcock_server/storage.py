@@ -53,10 +53,10 @@ class Storage:
         for folder in (self.volumes, self.jobs, self.scratch):
             folder.mkdir(parents=True, exist_ok=True)
         # Uploads that a killed server was receiving; another server's may be younger.
-        for path in self.scratch.glob("upload-*"):
+        for folder in self.scratch.glob("upload-*"):
             with suppress(FileNotFoundError):
-                if path.stat().st_mtime < time.time() - 86400:
-                    path.unlink()
+                if max(path.stat().st_mtime for path in (folder, *folder.iterdir())) < time.time() - 86400:
+                    shutil.rmtree(folder, ignore_errors=True)
         for path in self.scratch.glob("gone-*"):
             shutil.rmtree(path, ignore_errors=True)
 
@@ -69,14 +69,12 @@ class Storage:
 
     @contextmanager
     def upload(self) -> Iterator[Upload]:
-        """A place for a file's bytes; gone afterwards, unless kept."""
-        handle, name = tempfile.mkstemp(prefix="upload-", dir=self.scratch)
-        path = Path(name)
-        try:
+        """A place for a file's bytes; gone afterwards, unless kept. It is alone in its folder, for a file may name its
+        neighbours, and does not know its own name."""
+        with tempfile.TemporaryDirectory(prefix="upload-", dir=self.scratch) as folder:
+            handle, name = tempfile.mkstemp(dir=folder)
             with os.fdopen(handle, "wb") as stream:
-                yield Upload(stream, path)
-        finally:
-            path.unlink(missing_ok=True)
+                yield Upload(stream, Path(name))
 
     def keep_volume(self, upload: Path, volume_id: str) -> None:
         """Move an uploaded file to its name for good. Raises OSError."""

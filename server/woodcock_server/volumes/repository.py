@@ -18,7 +18,7 @@ def get(connection: Connection, volume_id: str) -> RowMapping | None:
 
 
 def add(connection: Connection, volume_id: str, columns: dict[str, Any]) -> None:
-    """columns: owner, name, size and those of `contents.read`. Raises sqlalchemy.exc.IntegrityError if it is there."""
+    """columns: owner, name, size and those of schemas.Contents. Raises sqlalchemy.exc.IntegrityError if it is there."""
     now = datetime.now(UTC)
     connection.execute(insert(volumes).values(id=volume_id, entry=new_id(), created_at=now, used_at=now, **columns))
 

@@ -18,21 +18,23 @@ class GridSummary(BaseModel):
     voxels: int
 
 
-class Volume(BaseModel):
-    """An uploaded file, and what it holds; its id is its content's hash.
+class Contents(BaseModel):
+    """What a file holds. grids: of a volume; triangles: of a mesh; width, height: of a picture, in pixels."""
 
-    grids: of a volume; triangles: of a mesh; width, height: of a picture, in pixels.
-    """
+    type: Literal["volume", "mesh", "picture"]
+    grids: list[GridSummary] = []
+    triangles: int | None = None
+    width: int | None = None
+    height: int | None = None
+
+
+class Volume(Contents):
+    """An uploaded file, and what it holds; its id is its content's hash."""
 
     id: str
-    type: Literal["volume", "mesh", "picture"]
     name: str
     size: int
     created_at: datetime
-    grids: list[GridSummary]
-    triangles: int | None
-    width: int | None
-    height: int | None
 
 
 class VolumePage(BaseModel):

@@ -13,7 +13,8 @@ from sqlalchemy.exc import IntegrityError
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
 from woodcock_server.storage import Upload
-from woodcock_server.volumes import contents, repository
+from woodcock_server.volumes import repository
+from woodcock_server.volumes.contents import UnreadableFile
 
 
 async def receive(services: Services, owner: str, name: str, chunks: AsyncIterator[bytes]) -> tuple[RowMapping, bool]:
@@ -25,7 +26,7 @@ async def receive(services: Services, owner: str, name: str, chunks: AsyncIterat
     with services.storage.upload() as upload:
         async for chunk in chunks:
             await to_thread.run_sync(upload.write, chunk)
-        return await to_thread.run_sync(_keep, services, owner, upload, name)
+        return await to_thread.run_sync(_keep, services, owner, upload, name, limiter=services.parser.turns)
 
 
 def _admit(services: Services, owner: str, size: int) -> None:
@@ -38,10 +39,11 @@ def _keep(services: Services, owner: str, upload: Upload, name: str) -> tuple[Ro
     if not (_used_again(services, volume_id) and services.storage.volume_file(volume_id).exists()):
         _admit(services, owner, upload.size)
         try:
-            found = contents.read(path)
-        except contents.UnreadableFile as error:
+            found = services.parser.read(path)
+        except UnreadableFile as error:
             raise InvalidRequest(f"{name}: {error}", Fault(field="body", message=str(error))) from None
-        new = _stored(services, path, volume_id, {"owner": owner, "name": name, "size": upload.size, **found})
+        columns = {"owner": owner, "name": name, "size": upload.size, **found.model_dump(mode="json")}
+        new = _stored(services, path, volume_id, columns)
     else:
         new = False
     with services.engine.connect() as connection:

@@ -97,7 +97,7 @@ def create_app(settings: Settings) -> FastAPI:
         summary="Renders participating media.",
         version=__version__,
         lifespan=lifespan,
-        responses=problems.problem_schema(421, 422, 429, 500),
+        responses=problems.problem_schema(400, 421, 422, 429, 500),
     )
     problems.install(app)
     uploads = volumes.router.prefix

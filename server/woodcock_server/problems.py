@@ -13,6 +13,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
+from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from woodcock.scene import fault, field_path
@@ -66,8 +67,9 @@ def install(app: FastAPI) -> None:
     """Answer every error with a problem."""
 
     @app.exception_handler(HTTPException)
-    def http_error(_request: Request, error: HTTPException) -> ProblemResponse:
-        return respond(error.status_code, str(error.detail), headers=error.headers)
+    def http_error(request: Request, error: HTTPException) -> ProblemResponse:
+        headers = {"Allow": _allowed(app, request)} if error.status_code == 405 else error.headers
+        return respond(error.status_code, str(error.detail), headers=headers)
 
     @app.exception_handler(RequestValidationError)
     def validation_error(_request: Request, error: RequestValidationError) -> ProblemResponse:
@@ -91,6 +93,16 @@ def install(app: FastAPI) -> None:
     def internal_error(request: Request, error: Exception) -> ProblemResponse:
         log.error("request failed", method=request.method, path=request.url.path, exc_info=error)
         return respond(500, "The server failed to answer; its log says why.")
+
+
+def _allowed(app: FastAPI, request: Request) -> str:
+    """The methods of all routes of a path; Starlette tells those of the first one alone."""
+    scope, methods = dict(request.scope), set[str]()
+    for route in app.routes:
+        match, _ = route.matches(scope)
+        if match is not Match.NONE:
+            methods |= getattr(route, "methods", None) or set()
+    return ", ".join(sorted(methods))
 
 
 def respond(
@@ -154,5 +166,8 @@ def _sentence(limit: int) -> str:
 
 def problem_schema(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """What an endpoint's OpenAPI says of its errors."""
-    content = {"application/problem+json": {"schema": Problem.model_json_schema()}}
+    schema = Problem.model_json_schema()
+    # A schema within another document has no definitions of its own.
+    schema["properties"]["errors"]["anyOf"][0]["items"] = schema.pop("$defs")["Fault"]
+    content = {"application/problem+json": {"schema": schema}}
     return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}

@@ -12,6 +12,7 @@ from woodcock.scene.basics import (
     Albedo,
     Direction,
     File,
+    Flag,
     Matrix,
     Model,
     Number,
@@ -64,7 +65,7 @@ class EmissiveMaterial(Model):
 
     kind: Literal["emissive"] = "emissive"
     radiance: Radiance = Field(description="Radiance: one number or red, green, blue.")
-    two_sided: bool = Field(default=False, description="Shines on both sides.")
+    two_sided: Flag = Field(default=False, description="Shines on both sides.")
 
 
 class NullMaterial(Model):
@@ -112,7 +113,7 @@ class MeshSurface(_Surface):
 
     kind: Literal["mesh"] = "mesh"
     file: File = Field(description=f"PLY, OBJ or glTF file, {FILE}")
-    smooth: bool = Field(default=True, description="Uses the file's vertex normals, where it has some, for shading.")
+    smooth: Flag = Field(default=True, description="Uses the file's vertex normals, where it has some, for shading.")
     to_world: Matrix = Field(default=IDENTITY, description="Affine placement in the scene.")
 
 

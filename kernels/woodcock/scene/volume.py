@@ -12,6 +12,7 @@ from woodcock.scene.basics import (
     Albedo,
     Coefficient,
     File,
+    Flag,
     Fraction,
     Matrix,
     Model,
@@ -172,7 +173,7 @@ class GridMajorant(Model):
     resolution: Annotated[int, Field(strict=True, ge=1, le=256)] = Field(
         default=32, description="Cells along the longest side."
     )
-    blocks: bool = Field(
+    blocks: Flag = Field(
         default=False,
         description="Blocks of cells are crossed at once, under a common bound, where that costs little: for what is "
         "small and dense. Not under a control, as decomposition, residual ratio tracking and ray marching have one.",

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from woodcock.scene.basics import Count, LayerName, Model, Number, length
+from woodcock.scene.basics import Count, Flag, LayerName, Model, Number, length
 from woodcock.scene.camera import Camera, Film
 from woodcock.scene.light import MAX_LIGHTS, Light
 from woodcock.scene.surface import MAX_SURFACES, Surface
@@ -116,7 +116,7 @@ class Scene(Model):
     layers: tuple[LayerName, ...] = Field(
         default=(), description="Layers beside the beauty: what camera rays meet first."
     )
-    denoise: bool = Field(default=False, description="Adds a denoised layer beside the raw one.")
+    denoise: Flag = Field(default=False, description="Adds a denoised layer beside the raw one.")
     seed: Count = Field(default=0, ge=0, le=(1 << 32) - 1, description="Seed of the random numbers.")
     stop: Stop = SamplesStop(samples=64)
 

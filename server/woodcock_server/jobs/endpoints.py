@@ -6,13 +6,13 @@ import html
 import re
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Header, HTTPException, Query, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from pydantic import AwareDatetime
+from pydantic import AwareDatetime, BeforeValidator
 
 from woodcock.report_schema import Report
 from woodcock_server.access.guard import Owner
@@ -32,6 +32,16 @@ router = APIRouter(prefix=PREFIX, tags=["jobs"])
 #: By which a report's page says itself what may load and run in it.
 POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">')
 NOTHING = "default-src 'none'"
+
+
+def _written(time: Any) -> Any:
+    """Numbers would count as seconds or milliseconds, by their size."""
+    if isinstance(time, str) and "-" not in time.strip("-"):
+        raise ValueError("must be a time, such as 2030-01-02T03:04:05Z")
+    return time
+
+
+Time = Annotated[AwareDatetime, BeforeValidator(_written)]
 
 
 def _existing(id: str, services: Provided) -> repository.Row:
@@ -76,8 +86,8 @@ def list_jobs(
     text: Annotated[
         str | None, Query(max_length=200, description="A part of the name, in letters of any case."), ONE_LINE
     ] = None,
-    since: Annotated[AwareDatetime | None, Query(description="Created then or later.")] = None,
-    before: Annotated[AwareDatetime | None, Query(description="Created earlier.")] = None,
+    since: Annotated[Time | None, Query(description="Created then or later.")] = None,
+    before: Annotated[Time | None, Query(description="Created earlier.")] = None,
 ) -> JobPage | Response:
     """Jobs without their scenes, newest first."""
     meant = repository.Filter(state or (), tag, owner, text, since, before)

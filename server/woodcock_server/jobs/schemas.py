@@ -27,7 +27,7 @@ Tags = Annotated[
     Field(max_length=20),
     AfterValidator(lambda tags: tuple(sorted(set(tags)))),
 ]
-Priority = Annotated[int, Field(ge=-100, le=100)]
+Priority = Annotated[int, Field(ge=-100, le=100, strict=True)]
 
 
 class JobCreate(BaseModel):
@@ -46,7 +46,7 @@ class JobCreate(BaseModel):
     name: Name = ""
     tags: Tags = ()
     priority: Priority = 0
-    pinned: bool = False
+    pinned: Annotated[bool, Field(strict=True)] = False
     device: Annotated[str, Field(max_length=64)] = ANY
     reference: Annotated[str, Field(max_length=71)] | None = None
     webhook: Webhook | None = None
@@ -60,7 +60,7 @@ class JobChange(BaseModel):
     name: Name = ""
     tags: Tags = ()
     priority: Priority = 0
-    pinned: bool = False
+    pinned: Annotated[bool, Field(strict=True)] = False
 
     @property
     def columns(self) -> dict[str, Any]:

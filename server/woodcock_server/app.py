@@ -30,7 +30,7 @@ from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.jobs import endpoints as jobs
-from woodcock_server.jobs import repository
+from woodcock_server.jobs import repository, watching
 from woodcock_server.jobs.limits import Limits
 from woodcock_server.metrics import CountRequests, Metrics
 from woodcock_server.retention import endpoints as retention
@@ -72,9 +72,9 @@ def create_app(settings: Settings) -> FastAPI:
             checks = Checks(engine, client, found)
             dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings, metrics)
             preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
-            sweeping = sweeper.running(engine, storage, rule)
+            sweeping, watched = sweeper.running(engine, storage, rule), watching.running(engine, changes)
             deliveries = Deliveries(engine, settings.webhook_networks)
-            async with checks.running(), dispatcher.running(), deliveries.running(), preparing, sweeping:
+            async with checks.running(), dispatcher.running(), deliveries.running(), preparing, sweeping, watched:
                 app.state.services = Services(
                     engine,
                     storage,

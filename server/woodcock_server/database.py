@@ -5,6 +5,7 @@ A transaction either reads or begins with its write: SQLite refuses a reader tha
 
 from __future__ import annotations
 
+import threading
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -17,6 +18,12 @@ from sqlalchemy.exc import ArgumentError
 
 #: By which servers that start together on one PostgreSQL wait for each other; any number that nothing else there uses.
 MIGRATING = 0x0D0C0C
+#: That answer requests, as many as AnyIO has.
+THREADS = 40
+#: How long a write waits for others.
+BUSY_SECONDS = 10
+#: Of a connection whose turn it is to write.
+WRITING = "writing"
 
 
 def open_database(url: str) -> Engine:
@@ -37,14 +44,16 @@ def connect(url: str) -> Engine:
     """An engine for the database as it is. Raises sqlalchemy.exc.SQLAlchemyError."""
     named = _with_driver(url)
     try:
-        # Errors go into the log: they must not tell what was to be written, secrets among it.
-        engine = create_engine(named, pool_pre_ping=True, hide_parameters=True)
+        # Errors go into the log: they must not tell what was to be written, secrets among it. As many connections stay
+        # as there are threads that answer requests.
+        engine = create_engine(named, pool_pre_ping=True, hide_parameters=True, pool_size=THREADS)
     except ImportError as error:
         driver = "pip install 'woodcock[postgres]'" if named.drivername == "postgresql+psycopg" else str(error)
         raise ArgumentError(f"its driver is not installed: {driver}") from None
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _configure_sqlite)
         event.listen(engine, "begin", _begin_sqlite)
+        _take_turns(engine)
     return engine
 
 
@@ -85,8 +94,26 @@ def alembic_config() -> Config:
 def _configure_sqlite(connection: Any, _record: Any) -> None:
     # The driver would begin transactions by itself, and not for every statement; _begin_sqlite does.
     connection.isolation_level = None
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "busy_timeout=10000"):
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={1000 * BUSY_SECONDS}"):
         connection.execute(f"PRAGMA {pragma}")
+
+
+def _take_turns(engine: Engine) -> None:
+    """Let one thread write at a time. SQLite sees to that, but who finds it locked sleeps for a while and looks again,
+    so that in a crowd some wait for seconds; here the next one begins as soon as the last one has ended."""
+    turn = threading.Lock()
+
+    def before(connection: Connection, _cursor: Any, statement: str, *_: Any) -> None:
+        if not connection.info.get(WRITING) and statement.lstrip()[:6].upper() in ("INSERT", "UPDATE", "DELETE"):
+            # One that stays away is another process's affair, or a fault that SQLite tells of itself.
+            connection.info[WRITING] = turn.acquire(timeout=BUSY_SECONDS)
+
+    def after(_connection: Any, record: Any) -> None:
+        if record.info.pop(WRITING, False):
+            turn.release()
+
+    event.listen(engine, "before_cursor_execute", before)
+    event.listen(engine.pool, "checkin", after)
 
 
 def _begin_sqlite(connection: Connection) -> None:

@@ -12,9 +12,12 @@ from pydantic import BaseModel
 UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "What the client has (If-None-Match) still holds."}}
 
 
-def unchanged(request: Request, response: Response, answer: BaseModel) -> Response | None:
-    """Give the answer its ETag; a 304 in its place if the client has it."""
-    tag = f'"{hashlib.sha256(answer.model_dump_json().encode()).hexdigest()[:32]}"'
-    response.headers["ETag"] = tag
+def tagged(request: Request, response: Response, answer: BaseModel) -> Response:
+    """The answer with its ETag; a 304 in its place if the client has it. response: whose headers go along."""
+    content = answer.model_dump_json().encode()
+    tag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
+    headers = {**response.headers, "ETag": tag}
     known = [one.strip().removeprefix("W/") for one in request.headers.get("If-None-Match", "").split(",")]
-    return Response(status_code=304, headers=dict(response.headers)) if tag in known or "*" in known else None
+    if tag in known or "*" in known:
+        return Response(status_code=304, headers=headers)
+    return Response(content, media_type="application/json", headers=headers)

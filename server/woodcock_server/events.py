@@ -24,6 +24,11 @@ class Changes:
         for event in self._subscribers.get(job_id, ()):
             event.set()
 
+    @property
+    def followed(self) -> list[str]:
+        """Jobs that somebody waits for."""
+        return list(self._subscribers)
+
     @contextmanager
     def subscribe(self, job_id: str) -> Iterator[asyncio.Event]:
         """An event that is set at every change from now on; the subscriber clears it."""

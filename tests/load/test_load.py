@@ -50,7 +50,14 @@ def stored(database: str, scene: dict[str, Any], count: int) -> None:
             then = now - timedelta(seconds=count - number)
             asked = {"name": f"cloud {number}", "scene": scene, "device": ANY, "tags": ["sky", f"day{number % 30}"]}
             repository.add(connection, asked, then)
-        ended = {"state": "succeeded", "started_at": now, "finished_at": now, "series": [POINT] * 20, "samples": 8}
+        ended = {
+            "state": "succeeded",
+            "started_at": now,
+            "finished_at": now,
+            "series": [POINT] * 20,
+            "samples": 8,
+            "size": 9,
+        }
         connection.execute(update(jobs).values(**ended))
     engine.dispose()
 

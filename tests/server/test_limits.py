@@ -102,7 +102,7 @@ def test_files_take_room_and_renders_do(http: TestClient, make_scene: Make, sett
     assert len(list((settings.data / "volumes").iterdir())) == 1
     job = http.post("/api/v1/jobs", json={"scene": make_scene(samples=1)}).json()
     with open_database(settings.database).begin() as connection:
-        repository.measured(connection, job["id"], 900)
+        repository.measured(connection, {job["id"]: 900})
     assert http.post("/api/v1/jobs", json={"scene": make_scene(samples=1)}).status_code == 429
 
 

@@ -16,7 +16,7 @@ from pydantic import AwareDatetime, BeforeValidator
 
 from woodcock.report_schema import Report
 from woodcock_server.access.guard import Owner
-from woodcock_server.etags import UNCHANGED, unchanged
+from woodcock_server.etags import UNCHANGED, tagged
 from woodcock_server.jobs import repository, service
 from woodcock_server.jobs.check import JobCheck, check
 from woodcock_server.jobs.idempotency import Key
@@ -88,7 +88,7 @@ def list_jobs(
     ] = None,
     since: Annotated[Time | None, Query(description="Created then or later.")] = None,
     before: Annotated[Time | None, Query(description="Created earlier.")] = None,
-) -> JobPage | Response:
+) -> Response:
     """Jobs without their scenes, newest first."""
     meant = repository.Filter(state or (), tag, owner, text, since, before)
     with services.engine.connect() as connection:
@@ -96,7 +96,7 @@ def list_jobs(
         waiting = service.waiting(connection, services.dispatcher, rows)
     link_next(request, response, following)
     page = JobPage(items=[summary(*each) for each in zip(rows, waiting, strict=True)], next=following)
-    return unchanged(request, response, page) or page
+    return tagged(request, response, page)
 
 
 @router.get("/{id}", responses=problem_schema(404))

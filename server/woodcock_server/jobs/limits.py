@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import Connection, func, select
 
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.states import FINAL
+from woodcock_server.jobs.states import UNENDED
 from woodcock_server.problems import Fault, InvalidRequest, TooMuch
 from woodcock_server.tables import jobs, volumes
 
@@ -33,7 +33,7 @@ class Limits:
             fault = Fault(field="scene.stop", message=f"asks for {asked} samples of pixels; {self.paths} at most")
             raise InvalidRequest("This is more than one owner may have rendered here.", fault)
         query = select(func.count(), func.coalesce(func.sum(jobs.c.paths), 0))
-        count, paths = connection.execute(query.where(jobs.c.owner == owner, jobs.c.state.not_in(FINAL))).one()
+        count, paths = connection.execute(query.where(jobs.c.owner == owner, jobs.c.state.in_(UNENDED))).one()
         if count + len(scenes) > self.jobs:
             raise TooMuch(f"{count} of your jobs have not ended; {self.jobs} may wait at a time.", AFTER_A_JOB)
         if self.paths is not None and paths + asked > self.paths:

@@ -16,6 +16,7 @@ from sqlalchemy import (
     Connection,
     RowMapping,
     and_,
+    bindparam,
     delete,
     exists,
     func,
@@ -43,6 +44,8 @@ PLAIN: Row = {
     "priority": 0,
     **dict.fromkeys(("reference", "comparison", "retry_of", "extends")),
 }
+#: Ids that one statement may name, by what databases take.
+MOST_AT_ONCE = 500
 #: Ids of uploaded files, in whatever names them.
 UPLOADS = re.compile(rf"{UPLOADED}[0-9a-f]{{64}}")
 #: How far a new job is.
@@ -105,8 +108,12 @@ class Filter:
             yield jobs.c.created_at < self.before
 
 
+#: Columns that grow with a render, and of which a listing tells nothing.
+LONG = ("series", "spent", "kept")
+
+
 def page(connection: Connection, limit: int, cursor: str | None, meant: Filter) -> tuple[Sequence[Row], str | None]:
-    query = select(jobs).where(*meant.conditions)
+    query = select(*(column for column in jobs.c if column.name not in LONG)).where(*meant.conditions)
     rows, following = fetch_page(connection, query, jobs.c.id, limit, cursor)
     return _whole(connection, rows), following
 
@@ -136,14 +143,16 @@ def remove(connection: Connection, job_id: str, unless_pinned: bool = False) -> 
     return connection.execute(delete(jobs).where(*goes)).rowcount == 1
 
 
-def unmeasured(connection: Connection) -> list[str]:
-    """Jobs that have ended, and of which nobody knows how much room they take."""
-    return list(connection.execute(select(jobs.c.id).where(jobs.c.state.in_(FINAL), jobs.c.size.is_(None))).scalars())
+def unmeasured(connection: Connection, limit: int) -> list[str]:
+    """Jobs that have ended, and of which nobody knows how much room they take; so many at most."""
+    query = select(jobs.c.id).where(jobs.c.state.in_(FINAL), jobs.c.size.is_(None))
+    return list(connection.execute(query.limit(limit)).scalars())
 
 
-def measured(connection: Connection, job_id: str, size: int) -> None:
-    """A job's files take so many bytes."""
-    connection.execute(update(jobs).where(jobs.c.id == job_id).values(size=size))
+def measured(connection: Connection, sizes: Mapping[str, int]) -> None:
+    """Jobs' files take so many bytes."""
+    if rows := [{"job": job_id, "bytes": size} for job_id, size in sizes.items()]:
+        connection.execute(update(jobs).where(jobs.c.id == bindparam("job")).values(size=bindparam("bytes")), rows)
 
 
 def users(connection: Connection, job_id: str) -> list[str]:
@@ -167,6 +176,21 @@ def events(connection: Connection, job_id: str, after: int) -> Sequence[RowMappi
     """States that the job came to after an event of that id, in order: id, state, at."""
     query = select(job_events).where(job_events.c.job_id == job_id, job_events.c.id > after)
     return connection.execute(query.order_by(job_events.c.id)).mappings().all()
+
+
+#: What differs whenever a job's row was written by who renders it, or by who asked for it.
+Mark: TypeAlias = tuple[Any, ...]
+
+
+def marks(connection: Connection, job_ids: Collection[str]) -> dict[str, Mark]:
+    """Of those of the jobs that there are."""
+    columns = ("state", "token", "samples", "seconds", "rmse", "name", "priority", "pinned")
+    found, ids = dict[str, Mark](), list(job_ids)
+    for first in range(0, len(ids), MOST_AT_ONCE):
+        some = jobs.c.id.in_(ids[first : first + MOST_AT_ONCE])
+        for row in connection.execute(select(jobs.c.id, *(jobs.c[name] for name in columns)).where(some)):
+            found[row.id] = tuple(row)[1:]
+    return found
 
 
 # For dispatchers

@@ -25,8 +25,8 @@ from woodcock_server.services import Services
 from woodcock_server.volumes.check import check_scene
 from woodcock_server.webhooks import repository as webhooks
 
-#: A job that another server renders announces nothing here: its row is looked at this often, seconds.
-LOOK_EVERY = 2.0
+#: Changes of a row are told. That its device is being checked, say, is none: so the job is looked at besides, seconds.
+LOOK_EVERY = 30.0
 
 
 def create(services: Services, request: JobCreate, owner: str, key: str | None = None) -> Job:

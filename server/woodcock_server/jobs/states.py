@@ -34,5 +34,6 @@ _AFTER: dict[State, frozenset[State]] = {
     State.CANCELLED: frozenset(),
 }
 
-#: Ends.
+#: Ends, and all others: a database finds rows by what their state is, not by what it is not.
 FINAL = tuple(state for state in State if state.final)
+UNENDED = tuple(state for state in State if not state.final)

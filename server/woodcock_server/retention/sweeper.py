@@ -22,6 +22,8 @@ log = structlog.get_logger()
 
 #: Between two looks, seconds.
 EVERY = 60.0
+#: Renders that are measured by one look.
+AT_ONCE = 10_000
 
 
 @asynccontextmanager
@@ -60,11 +62,10 @@ def sweep(engine: Engine, storage: Storage, rule: Rule, now: datetime) -> Due:
 
 def _measure(engine: Engine, storage: Storage) -> None:
     with engine.connect() as connection:
-        ended = jobs.unmeasured(connection)
-    for job_id in ended:
-        size = storage.size(job_id)
-        with engine.begin() as connection:
-            jobs.measured(connection, job_id, size)
+        ended = jobs.unmeasured(connection, AT_ONCE)
+    sizes = {job_id: storage.size(job_id) for job_id in ended}
+    with engine.begin() as connection:
+        jobs.measured(connection, sizes)
 
 
 def _remove(engine: Engine, storage: Storage, group: Group) -> None:

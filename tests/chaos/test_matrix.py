@@ -1,0 +1,74 @@
+"""Every fault at every stage, on every database: the job comes to its end, and nothing tells that anything was amiss."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from .faults import FAULTS, Fault
+from .harness import (
+    Picture,
+    Rig,
+    Target,
+    check_answers,
+    check_files,
+    check_picture,
+    check_states,
+    eventually,
+    wait_until,
+)
+from .stages import STAGES
+
+#: What `make test` runs of it.
+ALWAYS: set[tuple[str, str, str]] = set()
+
+
+def cells() -> Iterator[Any]:
+    """By the rigs that they need, so that each is made once."""
+    for database in ("sqlite", "postgresql"):
+        for fault in sorted(FAULTS, key=lambda fault: fault.rig):
+            for stage in STAGES:
+                if not {stage, database} & fault.senseless.keys():
+                    marks = [] if (database, fault.name, stage) in ALWAYS else [pytest.mark.chaos]
+                    yield pytest.param(
+                        database, fault, stage, marks=marks, id=f"{database}-{fault.name}-{stage}".replace(" ", "-")
+                    )
+
+
+@pytest.mark.parametrize(("database", "fault", "stage"), list(cells()))
+def test_a_fault_is_survived(
+    database: str,
+    fault: Fault,
+    stage: str,
+    rigs: Callable[[str, str], Rig],
+    body: Callable[[str], dict[str, Any]],
+    undisturbed: Callable[[Rig, str], Picture],
+    record_property: Callable[[str, object], None],
+    request: pytest.FixtureRequest,
+) -> None:
+    record_property("cell", (database, fault.name, stage))
+    rig = rigs(fault.rig, database)
+    expected = undisturbed(rig, fault.device)
+    rig.spoilt = True  # until all is well
+    rig.gates.arm(stage)
+    asked, key = body(fault.device), f"{request.node.name}-{time.time_ns()}".replace(" ", "-")
+    answer = rig.alive[0].http.post("/api/v1/jobs", json=asked, headers={"Idempotency-Key": key})
+    assert answer.status_code == 201, answer.text
+    job_id = answer.json()["id"]
+    target = Target(job_id, rig.services[rig.gates.reached(stage)])
+    try:
+        with fault.strike(rig, target):
+            rig.gates.open()
+            time.sleep(fault.lasts)
+        wait_until(lambda: rig.ended(job_id), 40)
+        walk = check_states(rig, job_id)
+        check_picture(rig, job_id, expected, fault.device != "any")
+        eventually(lambda: check_files(rig, job_id), 5)
+        check_answers(rig, job_id, asked, key, walk)
+    except BaseException:
+        print(rig.log)
+        raise
+    rig.spoilt = False

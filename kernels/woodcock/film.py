@@ -199,7 +199,8 @@ class Film:
                 names = tuple(str(name) for name in stored["names"])
                 bound = stored.get("bound", None)
                 return cls(stored["count"], stored["mean"], stored["m2"], names, ranges, faults, batches, bound)
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        # RuntimeError: of a damaged file that seems encrypted, or packed in a way that nobody knows.
+        except (OSError, ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile) as error:
             raise FilmError(f"{path}: not a film ({error})") from None
 
 

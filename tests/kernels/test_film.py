@@ -168,6 +168,29 @@ def test_a_torn_film_is_a_clear_error(tmp_path: Path, kept: int) -> None:
         Film.load(path)
 
 
+def test_a_film_with_a_flipped_bit_is_that_film_or_a_clear_error(tmp_path: Path) -> None:
+    """Each bit of one byte in sixteen, and of those that tell how some of the parts are packed."""
+    path = tmp_path / "film.npz"
+    one = film(np.random.default_rng(2).random((3, 1, 2, 3)), 7)
+    one.save(path)
+    whole = path.read_bytes()
+    headers = [at for mark in (b"PK\1\2", b"PK\3\4", b"PK\5\6") for at in starts(whole, mark)]
+    for at in sorted({*range(0, len(whole), 16), *(start + byte for start in headers[::4] for byte in range(12))}):
+        for bit in range(8):
+            path.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << bit]) + whole[at + 1 :])
+            try:
+                two = Film.load(path)
+            except FilmError as error:
+                assert "not a film" in str(error)  # noqa: PT017 - or it can be loaded
+            else:
+                assert (two.ranges, two.names) == (one.ranges, one.names)
+                assert all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ("count", "mean", "m2"))
+
+
+def starts(content: bytes, mark: bytes) -> list[int]:
+    return [at for at in range(len(content)) if content.startswith(mark, at)]
+
+
 def test_a_failed_save_leaves_the_old_film(tmp_path: Path) -> None:
     path = tmp_path / "film.npz"
     film(np.ones((3, 4, 5, 3)), 0).save(path)

@@ -64,13 +64,24 @@ class Dispatcher:
         if not self._devices:  # What is asked for waits in the queue, for a server that can render.
             yield
             return
-        self._task = asyncio.create_task(self._run(), name="dispatcher")
+        self._begin()
         try:
             yield
         finally:
+            assert self._task is not None
+            self._task.remove_done_callback(self._begin_again)
             self._task.cancel()
             with suppress(asyncio.CancelledError):
                 await self._task
+
+    def _begin(self) -> None:
+        self._task = asyncio.create_task(self._run(), name="dispatcher")
+        self._task.add_done_callback(self._begin_again)
+
+    def _begin_again(self, ended: asyncio.Task[None]) -> None:
+        """Nobody asked it to end: what it waited for was cancelled by somebody else, and so was it."""
+        log.error("the dispatcher broke off and begins again", cancelled=ended.cancelled())
+        self._begin()
 
     def wake(self) -> None:
         """There is a new job."""
@@ -197,6 +208,8 @@ class Dispatcher:
         except (LeaseLost, SQLAlchemyError):
             raise
         except Exception as error:
+            if lease.done():  # Whatever kept the lease from being renewed, it says nothing of the job.
+                raise
             log.exception("rendering broke off")
             await job.fail(f"The renderer stopped unexpectedly: {type(error).__name__}: {error}")
         finally:

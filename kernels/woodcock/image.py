@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,11 @@ class ImageError(RuntimeError):
     """A picture that could not be written or read."""
 
 
+class WriteError(ImageError):
+    """The disk did not take it, for want of room or for a fault; where it may not be written at all, that is an
+    OSError."""
+
+
 def denoised(film: Film) -> NDArray[np.float32]:
     """The beauty without its noise, (height, width, channels), with the help of the film's albedo and normals, if any.
 
@@ -35,7 +42,7 @@ def write_exr(path: Path, film: Film, header: Mapping[str, str], denoise: bool =
     """Writes float32, ZIP: every channel of the film, `variance.…` of those that are radiance, `samples.count`;
     `bound.…` of a film that has one, and `denoised.…` if asked for.
 
-    header: becomes `woodcock:…`. Raises ImageError, and DenoiseError.
+    header: becomes `woodcock:…`. Raises OSError, ImageError and DenoiseError.
     """
     beauty, variance = film.names[: film.channels], film.variance()
     layers: dict[str, NDArray[Any]] = {name: film.mean[..., index] for index, name in enumerate(film.names)}
@@ -119,4 +126,29 @@ def _write(path: Path, spec: oiio.ImageSpec, pixels: NDArray[np.generic]) -> Non
         if image is None:
             raise ImageError(f"{path}: {oiio.geterror()}")
         if not (image.open(str(temporary), spec) and image.write_image(np.ascontiguousarray(pixels)) and image.close()):
-            raise ImageError(f"{path}: {image.geterror()}")
+            raise WriteError(f"{path}: {image.geterror()}")
+        # OpenImageIO does not see that the last bytes find no room, those of a PNG or of an EXR.
+        if not (_is_whole_png(temporary.read_bytes()) if path.suffix == ".png" else _has_last_row(temporary)):
+            raise WriteError(f"{path}: could not be written as a whole")
+
+
+def _is_whole_png(content: bytes) -> bool:
+    at = 8
+    while at + 12 <= len(content):
+        (length,) = struct.unpack_from(">I", content, at)
+        end = at + 8 + length
+        if end + 4 > len(content) or zlib.crc32(content[at + 4 : end]) != struct.unpack_from(">I", content, end)[0]:
+            return False
+        at = end + 4
+    return at == len(content) and content.endswith(b"IEND\xaeB`\x82")
+
+
+def _has_last_row(path: Path) -> bool:
+    image = oiio.ImageInput.open(str(path))
+    if image is None:
+        return False
+    try:
+        spec = image.spec()
+        return image.read_scanline(spec.y + spec.height - 1, 0, oiio.FLOAT) is not None
+    finally:
+        image.close()

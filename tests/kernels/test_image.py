@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from woodcock.film import Film
-from woodcock.image import ImageError, read_exr, tone_map, write_exr, write_preview
+from woodcock.image import ImageError, WriteError, read_exr, tone_map, write_exr, write_preview
 from woodcock.layers import beauty_names
 
 
@@ -128,3 +129,24 @@ def test_previews_show_colours_as_they_are(tmp_path: Path) -> None:
     layers, _ = read_exr(tmp_path / "p.png")
     shown = np.stack([layers[name][0] for name in "RGB"])
     assert np.array_equal(shown > 0.5, np.eye(3, dtype=bool))
+
+
+@pytest.mark.parametrize("lacking", [1, 100, 30000])
+@pytest.mark.parametrize("name", ["p.png", "p.exr"])
+def test_a_picture_that_finds_no_room_leaves_the_old_one(tmp_path: Path, name: str, lacking: int) -> None:
+    noise = np.random.default_rng(3).random((128, 128, 3))
+    film = Film(np.full((128, 128), 2, np.uint32), noise, noise, ("R", "G", "B"))
+
+    def write() -> None:
+        write_exr(tmp_path / name, film, {}) if name == "p.exr" else write_preview(tmp_path / name, film)
+
+    write()
+    whole = (tmp_path / name).read_bytes()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) - lacking, before[1]))
+    try:
+        with pytest.raises(WriteError, match=name):
+            write()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {name: whole}

@@ -38,8 +38,8 @@ CHOICES = {"pocl", "postgres"}
 #: What only some scenes or commands need, imported when they do.
 AT_NEED = {"blosc", "flip_evaluator", "mitsuba_oidn", "trimesh"}
 
-#: What a library of ours needs for what we ask of it: distributed, to make certificates.
-FOR_OTHERS = {"cryptography"}
+#: What a library of ours needs for what we ask of it, and we do not import.
+FOR_OTHERS: set[str] = set()
 
 
 @cache

@@ -11,10 +11,10 @@ from typing import Any
 
 import dask
 import structlog
-from distributed import Client, Nanny, Scheduler, Security, SpecCluster
+from distributed import Client, Nanny, Scheduler, SpecCluster
 from distributed.client import FutureCancelledError
 
-from woodcock_server import worker
+from woodcock_server import certificate, worker
 
 log = structlog.get_logger()
 
@@ -65,7 +65,7 @@ async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> Asy
     http = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     # Whoever can speak to a scheduler or a worker runs code in it. Only who has this start's certificate can, which
     # is made here and is nowhere but in these processes' memory.
-    secure = Security.temporary()  # type: ignore[no-untyped-call]
+    secure = certificate.security()
     local: dict[str, Any] = {"host": "127.0.0.1", "protocol": "tls://", "security": secure, **http}
     options = {
         **local,

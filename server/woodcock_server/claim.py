@@ -36,7 +36,6 @@ class Claim:
 
     async def resume(self) -> Film | None:
         """What former attempts left."""
-        await in_thread(self._storage.open_job, self.id)
         if path := await in_thread(self._storage.newest_checkpoint, self.id):
             try:
                 return await in_thread(Film.load, path)

@@ -6,8 +6,9 @@ import asyncio
 import math
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, TypeAlias, TypeVar
 
 import structlog
@@ -18,6 +19,7 @@ from woodcock import series
 from woodcock.denoise import require
 from woodcock.device import DeviceError
 from woodcock.film import Film
+from woodcock.image import WriteError
 from woodcock.reference import Reference
 from woodcock.report import Use
 from woodcock.scene import Scene, SceneError, explain, with_files
@@ -37,10 +39,14 @@ log = structlog.get_logger()
 
 PROGRESS_SECONDS = 1.0  # between previews and writes of the row
 CHECKPOINT_SECONDS = 2.0  # between writes of the Film: what a crash may cost
+WRITE_AGAIN_SECONDS = 2.0  # after the disk did not take what the job cannot do without
 
-T = TypeVar("T")
+#: What a disk that is full, read-only or at fault makes of writing.
+UNWRITTEN = (OSError, WriteError)
+
 #: As `worker.render_range` returns it.
 Rendered: TypeAlias = tuple[Film, float, str]
+T = TypeVar("T")
 
 
 class Rendering:
@@ -111,7 +117,7 @@ class Rendering:
 
     async def _resume(self) -> None:
         """Go on from the checkpoint, with what the row says of it."""
-        self._film = await self.claim.resume()
+        self._film = await self._until_written(self.claim.resume)
         if self._film is not None:
             self._books.resume(self._film)
         # The row may have counted samples that no checkpoint held.
@@ -208,13 +214,16 @@ class Rendering:
     async def _record(self, film: Film) -> None:
         """Preview and row, and the Film when it is time: the row counts no samples of which there is no preview."""
         values = await in_thread(results.figures, self._scene, film, self.seconds)
-        with self._timing("write"):
-            await in_thread(results.preview, self._storage, self.claim.id, film)
-            if self._progress_at == -math.inf and self.claim.token == 1:
-                self._metrics.first_preview.observe(time.monotonic() - self._claimed_at)
-            await self.claim.write(values)  # before the checkpoint, so that nobody waits for the preview longer
-            if time.monotonic() - self._checkpoint_at >= CHECKPOINT_SECONDS:
-                await self._save(film)
+        try:
+            with self._timing("write"):
+                await in_thread(results.preview, self._storage, self.claim.id, film)
+                if self._progress_at == -math.inf and self.claim.token == 1:
+                    self._metrics.first_preview.observe(time.monotonic() - self._claimed_at)
+                await self.claim.write(values)  # before the checkpoint, so that nobody waits for the preview longer
+                if time.monotonic() - self._checkpoint_at >= CHECKPOINT_SECONDS:
+                    await self._save(film)
+        except UNWRITTEN as error:  # The next ones may be; the Film is in memory.
+            log.warning("progress not written", reason=str(error))
         self._progress_at = time.monotonic()
 
     async def _save(self, film: Film) -> None:
@@ -226,6 +235,17 @@ class Rendering:
         # A large Film takes long to write: no more than a tenth of the time goes into that.
         self._checkpoint_at = time.monotonic() + 9 * (time.monotonic() - began)
 
+    async def _until_written(self, write: Callable[[], Awaitable[T]]) -> T:
+        """For what the job cannot go on without, and must not fail for: samples are dearer than time."""
+        while True:
+            try:
+                # Its folder is there then, and rid of what could not be removed from a disk that was read-only.
+                await in_thread(self._storage.open_job, self.claim.id)
+                return await write()
+            except UNWRITTEN as error:
+                log.error("the data folder cannot be written; trying again", reason=str(error))
+                await asyncio.sleep(WRITE_AGAIN_SECONDS)
+
     # Ends
 
     async def _finish(self, film: Film) -> None:
@@ -234,14 +254,16 @@ class Rendering:
         if not points or film.mean_samples > points[-1]["samples"]:
             await self._measure(film)
         with self._timing("write"):
-            await self._save(film)
+            await self._until_written(partial(self._save, film))
             await self.claim.write(values)
         with self._timing("check"):
             uses = [await self._certified(device, use) for device, use in self._books.usage.items() if use["samples"]]
         with self._timing("write"):
-            report = await in_thread(
-                results.write, self._storage, self.claim.id, self.claim.row["name"], self._scene, film, uses,
-                points, {"render": values["seconds"], **self._books.spent}, self._reference,
+            report = await self._until_written(
+                partial(
+                    in_thread, results.write, self._storage, self.claim.id, self.claim.row["name"], self._scene, film,
+                    uses, points, {"render": values["seconds"], **self._books.spent}, self._reference,
+                )
             )  # fmt: skip
         await self.claim.end(State.SUCCEEDED)
         self._metrics.succeeded(report)
@@ -269,7 +291,10 @@ class Rendering:
         """Keep what is rendered and leave the job to the next dispatcher. Raises LeaseLost."""
         values: dict[str, Any] = {"seconds": self.seconds}
         if self._film is not None:
-            await self._save(self._film)
-            values["samples"] = self.samples
+            try:
+                await self._save(self._film)
+                values["samples"] = self.samples
+            except UNWRITTEN as error:  # The one before it is there.
+                log.warning("checkpoint not written", reason=str(error))
         await self.claim.put_back(values)
         log.info("job put back", samples_kept=self.samples)

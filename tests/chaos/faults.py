@@ -1,5 +1,5 @@
-"""What goes wrong while a stage is held. Each is a context: it has struck on entry, the stage is let go of inside, and at
-the end it is over, or what died is started again."""
+"""What goes wrong while a stage is held. Each is a context: it has struck on entry, the stage is let go of inside, and
+at the end it is over, or what died is started again."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ Strike = Callable[[Rig, Target], AbstractContextManager[None]]
 
 @dataclass(frozen=True)
 class Fault:
-    """rig: the kind that it needs; device: that the job asks for; lasts: seconds that it goes on after the stage was let
-    go of; senseless: stage or database -> why the two do not go together."""
+    """rig: the kind that it needs; device: that the job asks for; lasts: seconds that it goes on after the stage was
+    let go of; senseless: stage or database -> why the two do not go together."""
 
     name: str
     strike: Strike

@@ -1,5 +1,6 @@
 """The stages of a job's way at which faults strike. `install` is run in the service and its workers, before anything
-else: it wraps the function of each stage, which waits there, once, if it is told to. The product knows nothing of it."""
+else: it wraps the function of each stage, which waits there, once, if it is told to. The product knows nothing of
+it."""
 
 from __future__ import annotations
 

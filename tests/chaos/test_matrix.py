@@ -1,4 +1,4 @@
-"""Every fault at every stage, on every database: the job comes to its end, and nothing tells that anything was amiss."""
+"""Every fault at every stage, on every database: the job comes to its end, and nothing tells what was amiss."""
 
 from __future__ import annotations
 

@@ -44,28 +44,44 @@ class Claim:
         return None
 
     async def keep(self, film: Film) -> None:
-        """Write the checkpoint, in place of all before it."""
-        await in_thread(film.save, self._storage.checkpoint(self.id, self.token))
+        """Write the checkpoint, in place of all before it. Raises LeaseLost, OSError."""
+        staged = await self.stage()
+        await in_thread(film.save, self._storage.checkpoint(staged, self.token))
+        await self.write({"token": self.token}, publish=True)
         await in_thread(self._storage.drop_checkpoints, self.id, self.token)
 
-    async def write(self, values: dict[str, Any]) -> None:
-        """Write to the row, and tell who follows the job. Raises LeaseLost."""
-        if not await in_thread(self._write, values):
+    async def stage(self) -> str:
+        """Where files are made that the next write publishes; to be given in place of the job's id. Raises OSError."""
+        return await in_thread(self._storage.stage, self.id, self.token)
+
+    async def write(self, values: dict[str, Any], *, publish: bool = False) -> None:
+        """Write to the row, and tell who follows the job. Raises LeaseLost.
+
+        publish: also what is staged, while the row is locked: who lost the lease changes no file. Raises OSError.
+        """
+        if not await in_thread(self._write, values, publish):
             raise LeaseLost
         self._changes.publish(self.id)
 
-    def _write(self, values: dict[str, Any]) -> bool:
+    def _write(self, values: dict[str, Any], publish: bool) -> bool:
         with self._engine.begin() as connection:
-            return repository.write_held(connection, self.id, self.token, values)
+            held = repository.write_held(connection, self.id, self.token, values)
+            if held and publish:
+                self._storage.publish(self.id, self.token)
+        if "state" in values:
+            self._storage.unstage(self.id, self.token)
+        return held
 
     async def end(self, state: State, error: str | None = None) -> None:
-        """The job is over. Raises LeaseLost."""
-        await self.write(
-            {"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **repository.NOBODY}
-        )
+        """The job is over. Raises LeaseLost, OSError."""
+        ended = {"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **repository.NOBODY}
+        await self.write(ended, publish=state is State.SUCCEEDED)
         # The last Film of a picture stays, to be gone on from.
         before = self.token if state is State.SUCCEEDED else self.token + 1
-        await in_thread(self._storage.drop_checkpoints, self.id, before)
+        try:
+            await in_thread(self._storage.drop_checkpoints, self.id, before)
+        except OSError as fault:  # The end is written all the same.
+            log.warning("checkpoint not removed", job=self.id, reason=str(fault))
 
     async def put_back(self, values: dict[str, Any]) -> None:
         """Leave the job to the next dispatcher. Raises LeaseLost."""
@@ -73,6 +89,7 @@ class Claim:
 
     async def let_go(self) -> bool:
         """Of a job that is to be cancelled, so that it is; False if another dispatcher holds it."""
+        await in_thread(self._storage.unstage, self.id, self.token)
         cancelled = await in_thread(self._let_go)
         if cancelled:
             self._changes.publish(self.id)

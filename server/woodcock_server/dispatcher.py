@@ -180,8 +180,11 @@ class Dispatcher:
             abandoned = repository.abandoned(connection, now)
         for job_id, token in abandoned:
             with self._engine.begin() as connection:
-                if repository.let_go(connection, job_id, token, now):
-                    log.warning("job cancelled, its holder is gone", job=job_id)
+                cancelled = repository.let_go(connection, job_id, token, now)
+            if cancelled:
+                log.warning("job cancelled, its holder is gone", job=job_id)
+                self._storage.drop_checkpoints(job_id, token + 1)
+                self._storage.unstage(job_id, token)
 
     async def _attempt(self, job: Rendering) -> None:
         rendering = asyncio.create_task(job.run())

@@ -6,7 +6,7 @@ import asyncio
 import math
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, TypeAlias, TypeVar
@@ -216,10 +216,11 @@ class Rendering:
         values = await in_thread(results.figures, self._scene, film, self.seconds)
         try:
             with self._timing("write"):
-                await in_thread(results.preview, self._storage, self.claim.id, film)
+                await in_thread(results.preview, self._storage, await self.claim.stage(), film)
                 if self._progress_at == -math.inf and self.claim.token == 1:
                     self._metrics.first_preview.observe(time.monotonic() - self._claimed_at)
-                await self.claim.write(values)  # before the checkpoint, so that nobody waits for the preview longer
+                # Before the checkpoint, so that nobody waits for the preview longer.
+                await self.claim.write(values, publish=True)
                 if time.monotonic() - self._checkpoint_at >= CHECKPOINT_SECONDS:
                     await self._save(film)
         except UNWRITTEN as error:  # The next ones may be; the Film is in memory.
@@ -258,15 +259,21 @@ class Rendering:
             await self.claim.write(values)
         with self._timing("check"):
             uses = [await self._certified(device, use) for device, use in self._books.usage.items() if use["samples"]]
+        seconds = {"render": values["seconds"], **self._books.spent}
         with self._timing("write"):
-            report = await self._until_written(
-                partial(
-                    in_thread, results.write, self._storage, self.claim.id, self.claim.row["name"], self._scene, film,
-                    uses, points, {"render": values["seconds"], **self._books.spent}, self._reference,
-                )
-            )  # fmt: skip
-        await self.claim.end(State.SUCCEEDED)
+            report = await self._until_written(partial(self._publish, film, uses, points, seconds))
         self._metrics.succeeded(report)
+
+    async def _publish(
+        self, film: Film, uses: Sequence[Use], points: Sequence[series.Point], seconds: Mapping[str, float]
+    ) -> dict[str, Any]:
+        """Picture and report, and the end of the job with them; returns the report."""
+        staged, name = await self.claim.stage(), self.claim.row["name"]
+        report = await in_thread(
+            results.write, self._storage, staged, name, self._scene, film, uses, points, seconds, self._reference
+        )
+        await self.claim.end(State.SUCCEEDED)
+        return report
 
     async def _certified(self, device: str, use: Use) -> Use:
         """As of the scene's own program, which may have come late, and with the evidence for the certificate; a device

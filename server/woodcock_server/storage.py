@@ -99,7 +99,27 @@ class Storage:
         folder = self.jobs / job_id
         folder.mkdir(exist_ok=True)
         for path in folder.glob(".*"):
-            path.unlink(missing_ok=True)
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
+
+    def stage(self, job_id: str, token: int) -> str:
+        """Make a folder for what the holder of this token makes, until it is published or not wanted any more; to be
+        given in place of the job's id."""
+        staged = f"{job_id}/.{token}"
+        (self.jobs / staged).mkdir(exist_ok=True)
+        return staged
+
+    def publish(self, job_id: str, token: int) -> None:
+        """Put the files that are staged into the job's folder. Raises OSError."""
+        for path in self.job_file(job_id, f".{token}").iterdir():
+            if not path.name.startswith("."):
+                path.replace(self.job_file(job_id, path.name))
+        self.unstage(job_id, token)
+
+    def unstage(self, job_id: str, token: int) -> None:
+        shutil.rmtree(self.job_file(job_id, f".{token}"), ignore_errors=True)
 
     def remove_job(self, job_id: str) -> None:
         """Its folder, under another name first: what is half removed is no job's."""

@@ -135,12 +135,17 @@ def clock_back_and_worker_killed(rig: Rig, target: Target) -> Iterator[None]:
 
 @contextmanager
 def stopped(rig: Rig, target: Target) -> Iterator[None]:
-    """For twice its lease; another service takes over."""
-    assert target.service.process is not None
-    target.service.process.send_signal(signal.SIGSTOP)
+    """For twice its lease; another service takes over. Not in the middle of a transaction, for which others wait."""
+    process = target.service.process
+    assert process is not None
+    process.send_signal(signal.SIGSTOP)
+    while not rig.writable(target.job_id):
+        process.send_signal(signal.SIGCONT)
+        time.sleep(0.02)
+        process.send_signal(signal.SIGSTOP)
     yield
     wait_until(lambda: rig.ended(target.job_id), 30)
-    target.service.process.send_signal(signal.SIGCONT)
+    process.send_signal(signal.SIGCONT)
     time.sleep(1.5)  # for whatever it still does
 
 

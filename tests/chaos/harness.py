@@ -21,6 +21,7 @@ import psycopg
 import pytest
 from psycopg import sql
 from sqlalchemy import create_engine, make_url, text
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.pool import NullPool
 from tests.server.conftest import Service
 from tests.statistics import accept_z
@@ -189,6 +190,19 @@ class Rig:
             let_in(True)
 
     # What there is
+
+    def writable(self, job_id: str) -> bool:
+        """Nobody is in the middle of writing the job's row."""
+        locking = "SELECT id FROM jobs WHERE id = :id FOR UPDATE NOWAIT" if self.postgresql else "BEGIN IMMEDIATE"
+        with self._engine.connect() as connection:
+            if not self.postgresql:
+                connection.exec_driver_sql("PRAGMA busy_timeout=100")
+            try:
+                connection.execute(text(locking), {"id": job_id} if self.postgresql else {})
+            except OperationalError:
+                return False
+            connection.rollback()
+        return True
 
     def rows(self, query: str, **values: Any) -> list[Any]:
         with self._engine.connect() as connection:

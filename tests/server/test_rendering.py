@@ -240,7 +240,8 @@ def test_a_dispatcher_that_lost_its_lease_writes_nothing_more(
 ) -> None:
     samples = samples_in(4)
     job_id = service.submit(make_scene(size=256, samples=samples))
-    service.wait(job_id, lambda job: job["samples"] > 0)
+    checkpoint = service.data / "jobs" / job_id / "film-1.npz"
+    service.wait(job_id, lambda _: checkpoint.exists())
     # What another dispatcher's claim does; it is never heard of again.
     connection = sqlite3.connect(service.data / "woodcock.sqlite", timeout=10)
     with connection:

@@ -5,7 +5,7 @@ BIN := .venv/bin
 SOURCES := kernels server client tests
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check test-slow calibrate mutants studies load bench peers clean packages
+.PHONY: help demo test check test-slow chaos calibrate mutants studies load bench peers clean packages
 
 help:
 	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end;'
@@ -13,6 +13,7 @@ help:
 	@echo 'make test        format, lint, types and the fast tests'
 	@echo 'make check       format, lint and types alone'
 	@echo 'make test-slow   statistical and long tests'
+	@echo 'make chaos       every fault that the service survives, at every stage of a job, as a table (FAULT=words: some of it)'
 	@echo 'make calibrate   statistical tests with fresh seeds: are their p-values uniform? (SEED=text: those of an earlier run)'
 	@echo 'make mutants     deliberate bugs, one at a time: do the tests notice? (half an hour; SINS="word ...": some of them)'
 	@echo 'make studies     the pages of kernels/studies and their figures, written anew (DATA=folder: of larger scenes too)'
@@ -35,6 +36,9 @@ check: .venv/installed-test
 
 test-slow: .venv/installed-test | packages
 	$(BIN)/python -m pytest -m slow
+
+chaos: .venv/installed-test
+	$(BIN)/python -m pytest -m 'chaos or not chaos' -q tests/chaos $(if $(FAULT),-k '$(FAULT)')
 
 calibrate: .venv/installed-test
 	$(BIN)/python -m pytest -p tests.calibration -q -rfE $(if $(SEED),--run-seed '$(SEED)') tests/analytic tests/kernels

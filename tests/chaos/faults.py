@@ -144,7 +144,7 @@ def stopped(rig: Rig, target: Target) -> Iterator[None]:
         time.sleep(0.02)
         process.send_signal(signal.SIGSTOP)
     yield
-    wait_until(lambda: rig.ended(target.job_id), 30)
+    wait_until(lambda: rig.ended(target.job_id), 60)
     process.send_signal(signal.SIGCONT)
     time.sleep(1.5)  # for whatever it still does
 

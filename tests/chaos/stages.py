@@ -30,7 +30,7 @@ PRELUDE = f"import runpy; runpy.run_path({__file__!r})['install']()\n"
 #: Samples of a piece, always: sums of floats are the same only if they are made in the same order.
 PIECE = 64
 #: How long a stage waits for the test at most, seconds.
-PATIENCE = 60.0
+PATIENCE = 120.0
 
 
 class Gates:
@@ -48,7 +48,7 @@ class Gates:
             path.unlink()
         (self.folder / f"{stage}.{STAGES[stage]}").touch()
 
-    def reached(self, stage: str, seconds: float = 30) -> str:
+    def reached(self, stage: str, seconds: float = 90) -> str:
         """Wait until somebody is held; returns the name of the service."""
         held = self.folder / f"{stage}.0"
         end = time.monotonic() + seconds

@@ -69,6 +69,6 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
         for report in terminalreporter.stats.get(kind, [])
         if "cell" in dict(getattr(report, "user_properties", ()))
     ]
-    if reports:
+    if any("chaos" in report.keywords for report in reports):
         terminalreporter.section("chaos")
         terminalreporter.write_line(table(reports))

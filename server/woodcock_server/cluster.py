@@ -24,6 +24,10 @@ DEATHS_ALLOWED = 3
 SUPERVISION_SECONDS = 5.0
 RESTART_SECONDS = 30.0
 
+#: How long a worker may take to come back. Dask's own 15 s are too few where other devices' workers take all cores: it
+#: would end the one that was about to be ready, and begin anew.
+START_SECONDS = 60
+
 
 def resource(device_id: str) -> dict[str, int]:
     """What binds a task to a device. A worker's name or address would not do: a restarted worker has new ones."""
@@ -83,6 +87,7 @@ async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> Asy
         # What takes the memory is a scene, of which nothing can be put aside: up to the limit all is well.
         **{f"distributed.worker.memory.{step}": False for step in ("target", "spill", "pause")},
         "distributed.worker.memory.terminate": 1.0,
+        "distributed.deploy.lost-worker-timeout": START_SECONDS,
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
     }

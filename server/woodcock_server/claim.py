@@ -32,6 +32,7 @@ class Claim:
         self.row = row
         self.id: str = row["id"]
         self.token: int = row["token"]
+        self.leaving = False  # the job's next state is being written, or is
         self._engine, self._storage, self._changes = engine, storage, changes
 
     async def resume(self) -> Film | None:
@@ -64,6 +65,7 @@ class Claim:
         self._changes.publish(self.id)
 
     def _write(self, values: dict[str, Any], publish: bool) -> bool:
+        self.leaving = self.leaving or "state" in values
         with self._engine.begin() as connection:
             held = repository.write_held(connection, self.id, self.token, values)
             if held and publish:

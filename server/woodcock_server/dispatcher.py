@@ -222,7 +222,8 @@ class Dispatcher:
         """Renew the lease until cancelled. Raises LeaseLost."""
         while True:
             await wait(self._look, 0.3 * self._lease.total_seconds())
-            if not await in_thread(self._renew, job.claim):
+            # One that is leaving finds out by itself, and its lease is gone because it left.
+            if not await in_thread(self._renew, job.claim) and not job.claim.leaving:
                 raise LeaseLost
 
     def _renew(self, claim: Claim) -> bool:

@@ -68,6 +68,7 @@ def test_a_fault_is_survived(
         check_picture(rig, job_id, expected, fault.device != "any")
         eventually(lambda: check_files(rig, job_id), 5)
         check_answers(rig, job_id, asked, key, walk)
+        assert stage != "ended" or f"job lost to another dispatcher job={job_id}" not in rig.log, "it had ended"
     except BaseException:
         print(rig.log)
         raise

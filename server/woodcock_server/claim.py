@@ -83,7 +83,7 @@ class Claim:
         try:
             await in_thread(self._storage.drop_checkpoints, self.id, before)
         except OSError as fault:  # The end is written all the same.
-            log.warning("checkpoint not removed", job=self.id, reason=str(fault))
+            log.warning("checkpoint not removed", reason=str(fault))
 
     async def put_back(self, values: dict[str, Any]) -> None:
         """Leave the job to the next dispatcher. Raises LeaseLost."""

@@ -232,8 +232,8 @@ def picture(rig: Rig, job_id: str) -> Picture:
 
 def check_states(rig: Rig, job_id: str) -> list[str]:
     """A legal walk from the queue to the end that the row has; returns it."""
-    row = rig.rows("SELECT state, error, owner, lease_until FROM jobs WHERE id = :id", id=job_id)[0]
-    assert (row.state, row.error, row.owner, row.lease_until) == ("succeeded", None, None, None)
+    row = rig.rows("SELECT state, error, holder, lease_until FROM jobs WHERE id = :id", id=job_id)[0]
+    assert (row.state, row.error, row.holder, row.lease_until) == ("succeeded", None, None, None)
     events = rig.rows("SELECT state FROM job_events WHERE job_id = :id ORDER BY id", id=job_id)
     walk = [event.state for event in events]
     for before, after in pairwise([None, *walk]):

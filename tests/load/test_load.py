@@ -32,8 +32,8 @@ pytestmark = [pytest.mark.load, pytest.mark.timeout(1200)]
 Make = Callable[..., dict[str, Any]]
 
 STORED, JOBS, CLIENTS, READERS = 10_000, 1000, 32, 200
-#: Between two jobs of one client, seconds: by turns they ask for about sixty a second.
-PAUSE = 0.5
+#: Between two jobs of one client, seconds: all together ask for some thirty a second.
+PAUSE = 1.0
 #: Largest 99th percentile of an answer's time, seconds.
 SLOWEST = 0.1
 

@@ -6,6 +6,7 @@ the same scene in other units gives the same picture.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -74,11 +75,15 @@ class Space:
         return np.ldexp(self.radiance(value), -2 * self.length_exponent)
 
     def affine(self, to_scene: Array) -> Array:
-        """(4, 4) from local to scene -> (3, 4) from this space to local."""
+        """(4, 4) from local to scene -> (3, 4) from this space to local. Raises SceneError for what float32 lacks."""
         placed = to_scene.copy()
         placed[:3, 3] -= self.centre
         placed[:3] = np.ldexp(placed[:3], -self.length_exponent)
-        return np.asarray(np.linalg.inv(placed)[:3])
+        with suppress(np.linalg.LinAlgError):
+            inverse = np.asarray(np.linalg.inv(placed)[:3])
+            if np.abs(inverse).max() < np.finfo(np.float32).max:
+                return inverse
+        raise SceneError("a shape is so thin or so far away, beside the scene's length, that float32 cannot express it")
 
 
 def _exponent(value: float) -> int:

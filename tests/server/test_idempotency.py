@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from woodcock_server.jobs import idempotency
+from woodcock_server import idempotency
 
 MakeScene = Callable[..., dict[str, Any]]
 Post = Callable[..., Any]

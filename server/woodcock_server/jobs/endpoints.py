@@ -17,9 +17,9 @@ from pydantic import AwareDatetime, BeforeValidator
 from woodcock.report_schema import Report
 from woodcock_server.access.guard import Owner
 from woodcock_server.etags import UNCHANGED, tagged
+from woodcock_server.idempotency import Key
 from woodcock_server.jobs import repository, service
 from woodcock_server.jobs.check import JobCheck, check
-from woodcock_server.jobs.idempotency import Key
 from woodcock_server.jobs.schemas import PREFIX, Job, JobChange, JobCreate, JobExtension, JobPage, Tag, summary
 from woodcock_server.jobs.states import State
 from woodcock_server.names import ONE_LINE

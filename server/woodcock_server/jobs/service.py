@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any, NamedTuple
 
 from anyio import to_thread
 from fastapi import HTTPException
 from sqlalchemy import Connection, Engine
-from sqlalchemy.exc import IntegrityError
 
 from woodcock.denoise import DenoiseError, require
 from woodcock.scene import RelativeErrorStop, SamplesStop, Scene, SecondsStop, Stop
+from woodcock_server import idempotency
 from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes, wait
 from woodcock_server.identifiers import new_id
-from woodcock_server.jobs import idempotency, reference, repository
+from woodcock_server.jobs import reference, repository
 from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobEvent, JobSummary, job, summary
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
@@ -31,23 +32,17 @@ LOOK_EVERY = 30.0
 
 def create(services: Services, request: JobCreate, owner: str, key: str | None = None) -> Job:
     """Commit a new job to the queue. key: under which the request may come twice. Raises InvalidRequest, TooMuch."""
-    if key is not None and (first := _first_answer(services, request, key)):
-        return first
+    return idempotency.once(services.engine, key, request, Job, partial(_create, services, request, owner, key))
+
+
+def _create(services: Services, request: JobCreate, owner: str, key: str | None) -> Job:
     check_request(services, request)
     now, asked = datetime.now(UTC), {**request.model_dump(mode="json"), "owner": owner}
     admit(services, owner, [asked["scene"]])
-    try:
-        with services.engine.begin() as connection:
-            job_id = repository.add(connection, asked, now)
-            made = described(connection, services.dispatcher, existing(connection, job_id))
-            if key is not None:
-                idempotency.keep(connection, key, request, made, now)
-    except IntegrityError:
-        # The same request came in at the same time, and was faster.
-        if key is not None and (first := _first_answer(services, request, key)):
-            return first
-        check_request(services, request)  # A file that the scene names may have gone in between.
-        raise
+    with services.engine.begin() as connection:
+        job_id = repository.add(connection, asked, now)
+        made = described(connection, services.dispatcher, existing(connection, job_id))
+        idempotency.keep(connection, key, request, made, now)
     return made
 
 
@@ -55,12 +50,6 @@ def admit(services: Services, owner: str, scenes: Sequence[Mapping[str, Any]]) -
     """Raises TooMuch, and InvalidRequest, for more than the owner may have."""
     with services.engine.connect() as connection:
         services.limits.check(connection, owner, scenes)
-
-
-def _first_answer(services: Services, request: JobCreate, key: str) -> Job | None:
-    with services.engine.connect() as connection:
-        answer = idempotency.answered(connection, key, request)
-    return None if answer is None else Job.model_validate(answer)
 
 
 def described(connection: Connection, dispatcher: Dispatcher, row: repository.Row) -> Job:

@@ -25,8 +25,9 @@ from woodcock.scene import Scene, SecondsStop
 from woodcock_server.comparisons import repository
 from woodcock_server.comparisons.schemas import MOST_VARIANTS, ComparisonCreate
 from woodcock_server.jobs import reference
+from woodcock_server.jobs.requests import RequestCheck
 from woodcock_server.jobs.schemas import ANY, JobCreate
-from woodcock_server.jobs.service import admit, check_request
+from woodcock_server.jobs.service import admit
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
@@ -46,9 +47,9 @@ def create(services: Services, request: ComparisonCreate, owner: str) -> RowMapp
         raise _invalid(str(error)) from None
     if len(made) > MOST_VARIANTS:
         raise _invalid(f"must make {MOST_VARIANTS} variants at most; this makes {len(made)}")
+    check = RequestCheck(services)
     for variant in made:
-        asked = JobCreate(scene=variant.scene, device=request.device, reference=request.reference)
-        check_request(services, asked)
+        check.check(JobCreate(scene=variant.scene, device=request.device, reference=request.reference))
     taken = None if request.reference is None else reference.load(services.storage, request.reference).seed
     own = seeded(made, scene.seed, taken)
     values = request.model_dump(mode="json") | {"device": _device(services, request.device)}

@@ -23,8 +23,8 @@ from woodcock_server import worker
 from woodcock_server.cluster import ask
 from woodcock_server.devices.service import Found
 from woodcock_server.identifiers import new_id
+from woodcock_server.jobs.requests import RequestCheck
 from woodcock_server.jobs.schemas import ANY, JobCreate
-from woodcock_server.jobs.service import check_request
 from woodcock_server.services import Services
 from woodcock_server.threads import in_thread
 from woodcock_server.worker import Survey
@@ -97,7 +97,7 @@ class JobCheck(BaseModel):
 
 async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
-    await in_thread(check_request, services, request)
+    await in_thread(RequestCheck(services).check, request)
     text = with_files(request.scene, lambda file: str(services.storage.volume_file(file))).model_dump_json()
     asked = [device for device in services.devices if request.device in (ANY, device.id)]
     distrusted = await in_thread(_distrusted, services) if request.device == ANY else set()

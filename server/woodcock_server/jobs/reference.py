@@ -9,10 +9,9 @@ from sqlalchemy import Connection, Engine
 
 from woodcock.image import ImageError
 from woodcock.reference import Reference
-from woodcock.scene import UPLOADED, Scene
+from woodcock.scene import UPLOADED
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.states import State
-from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import repository as volumes
 from woodcock_server.volumes.check import FILE_ID
@@ -23,21 +22,19 @@ def load(storage: Storage, reference: str) -> Reference:
     return replace(Reference.load(_path(storage, reference)), name=reference)
 
 
-def check(engine: Engine, storage: Storage, scene: Scene, reference: str) -> None:
-    """Raises InvalidRequest for a reference that is not there, or that no picture of the scene can be held against."""
+def fault(engine: Engine, storage: Storage, reference: str, width: int, height: int) -> str | None:
+    """Why no picture of that size can be held against it."""
     with engine.connect() as connection:
-        message = _fault(connection, scene, reference)
+        message = _fault(connection, reference, width, height)
     if message is None:
         try:
             load(storage, reference)
         except ImageError as error:
             message = storage.by_id(str(error))
-    if message is not None:
-        fault = Fault(field="reference", message=message)
-        raise InvalidRequest("The picture cannot be held against this reference.", fault)
+    return message
 
 
-def _fault(connection: Connection, scene: Scene, reference: str) -> str | None:
+def _fault(connection: Connection, reference: str, width: int, height: int) -> str | None:
     """What the database knows to be wrong."""
     if FILE_ID.fullmatch(reference):
         file = volumes.get(connection, reference)
@@ -53,9 +50,8 @@ def _fault(connection: Connection, scene: Scene, reference: str) -> str | None:
         if row["state"] != State.SUCCEEDED:
             return f"must be a job that has succeeded; {reference} is {row['state']}"
         size = row["scene"]["film"]["width"], row["scene"]["film"]["height"]
-    film = scene.film
-    if size != (film.width, film.height):
-        return f"must be {film.width} × {film.height} pixels, as the scene's film is; it is {size[0]} × {size[1]}"
+    if size != (width, height):
+        return f"must be {width} × {height} pixels, as the scene's film is; it is {size[0]} × {size[1]}"
     return None
 
 

@@ -11,19 +11,17 @@ from anyio import to_thread
 from fastapi import HTTPException
 from sqlalchemy import Connection, Engine
 
-from woodcock.denoise import DenoiseError, require
 from woodcock.scene import RelativeErrorStop, SamplesStop, Scene, SecondsStop, Stop
 from woodcock_server import idempotency
-from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes, wait
 from woodcock_server.identifiers import new_id
-from woodcock_server.jobs import reference, repository
-from woodcock_server.jobs.schemas import ANY, Job, JobChange, JobCreate, JobEvent, JobSummary, job, summary
+from woodcock_server.jobs import repository
+from woodcock_server.jobs.requests import RequestCheck
+from woodcock_server.jobs.schemas import Job, JobChange, JobCreate, JobEvent, JobSummary, job, summary
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
 from woodcock_server.services import Services
-from woodcock_server.volumes.check import check_scene
 from woodcock_server.webhooks import repository as webhooks
 
 #: Changes of a row are told. That its device is being checked, say, is none: so the job is looked at besides, seconds.
@@ -36,7 +34,7 @@ def create(services: Services, request: JobCreate, owner: str, key: str | None =
 
 
 def _create(services: Services, request: JobCreate, owner: str, key: str | None) -> Job:
-    check_request(services, request)
+    RequestCheck(services).check(request)
     now, asked = datetime.now(UTC), {**request.model_dump(mode="json"), "owner": owner}
     admit(services, owner, [asked["scene"]])
     with services.engine.begin() as connection:
@@ -81,7 +79,7 @@ def retry(services: Services, row: repository.Row, owner: str) -> Job:
     if row["state"] not in (State.FAILED, State.CANCELLED):
         raise Conflict(f"Job {row['id']} is {row['state']}. Only one that failed or was cancelled can be tried again.")
     request = JobCreate.model_validate(_asked(row))
-    check_request(services, request)
+    RequestCheck(services).check(request)
     asked = {**request.model_dump(mode="json"), "retry_of": row["id"], "owner": owner}
     admit(services, owner, [asked["scene"]])
     with services.engine.begin() as connection:
@@ -98,7 +96,7 @@ def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> J
     before = Scene.model_validate(row["scene"])
     _check_stricter(before.stop, stop)
     request = JobCreate.model_validate(_asked(row) | {"scene": before.model_copy(update={"stop": stop})})
-    check_request(services, request)
+    RequestCheck(services).check(request)
     done = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
     columns = {**request.model_dump(mode="json"), **done, "extends": old, "owner": owner}
     admit(services, owner, [columns["scene"]])
@@ -148,39 +146,6 @@ def delete(services: Services, row: repository.Row) -> None:
     if not removed:
         raise Conflict(f"Job {job_id} is {row['state']}. Cancel it first.")
     services.storage.remove_job(job_id)
-
-
-def check_request(services: Services, request: JobCreate) -> None:
-    """Raises InvalidRequest for what cannot be rendered here."""
-    _check_device(services.devices, request.device)
-    check_scene(services.engine, request.scene)
-    _check_denoiser(request.scene)
-    if request.reference is not None:
-        reference.check(services.engine, services.storage, request.scene, request.reference)
-
-
-def _check_device(devices: Sequence[Found], asked: str) -> None:
-    """Raises InvalidRequest for a device that there is not, or that cannot be used."""
-    known = {device.id: device for device in devices}
-    if asked == ANY:
-        return
-    if asked not in known:
-        message = f"must be {ANY} or the id of a device of this server: {', '.join(known) or 'there is none'}"
-    elif not known[asked].ready:
-        message = f"{asked} cannot be used: {known[asked].probe.fault}"
-    else:
-        return
-    raise InvalidRequest("The job cannot have the device that it asks for.", Fault(field="device", message=message))
-
-
-def _check_denoiser(scene: Scene) -> None:
-    """Raises InvalidRequest for a scene whose picture could not be denoised here."""
-    try:
-        if scene.denoise:
-            require()
-    except DenoiseError as error:
-        fault = Fault(field="scene.denoise", message=str(error))
-        raise InvalidRequest("The picture cannot be denoised by this service.", fault) from None
 
 
 class JobMissing(HTTPException):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
 
 from pydantic import BaseModel
-from sqlalchemy import Connection, Engine, RowMapping
+from sqlalchemy import RowMapping
 
 from woodcock.formats import GridInfo, VolumeError
 from woodcock.formats.grid import choose
@@ -16,15 +16,16 @@ from woodcock.light.image import check_size
 from woodcock.scene import BlackbodyEmission, GridVolume, ImageLight, MeshShape, MeshSurface, Scene
 from woodcock.volume.grid import check_info
 from woodcock_server.problems import Fault, InvalidRequest
-from woodcock_server.volumes import repository
+
+#: The row of an uploaded file by its id, None where there is none.
+Find: TypeAlias = Callable[[str], RowMapping | None]
 
 FILE_ID = re.compile(r"sha256:[0-9a-f]{64}")
 
 
-def check_scene(engine: Engine, scene: Scene) -> None:
+def check_scene(find: Find, scene: Scene) -> None:
     """Raises InvalidRequest that tells of each file of a scene that was not uploaded, or is not what it is used as."""
-    with engine.connect() as connection:
-        faults = [found for path, part in parts_with_files(scene, "scene") if (found := _fault(connection, path, part))]
+    faults = [found for path, part in parts_with_files(scene, "scene") if (found := _fault(find, path, part))]
     if faults:
         raise InvalidRequest("The scene names files that cannot be rendered.", *faults)
 
@@ -41,7 +42,7 @@ def parts_with_files(value: Any, path: str) -> Iterator[tuple[str, Any]]:
             yield from parts_with_files(item, f"{path}.{name}")
 
 
-def _fault(connection: Connection, path: str, part: Any) -> Fault | None:
+def _fault(find: Find, path: str, part: Any) -> Fault | None:
     match part:
         case ImageLight():
             needed = "picture"
@@ -49,7 +50,7 @@ def _fault(connection: Connection, path: str, part: Any) -> Fault | None:
             needed = "mesh"
         case _:
             needed = "volume"
-    row = repository.get(connection, part.file) if FILE_ID.fullmatch(part.file) else None
+    row = find(part.file) if FILE_ID.fullmatch(part.file) else None
     if row is None:
         message = f"must be the id (sha256:…) of a {needed} that was uploaded to /api/v1/volumes"
     elif row["type"] != needed:

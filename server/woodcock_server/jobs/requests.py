@@ -1,0 +1,69 @@
+"""Can what is asked for be rendered here?"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from sqlalchemy import RowMapping
+
+from woodcock.denoise import DenoiseError, require
+from woodcock.scene import Scene
+from woodcock_server.jobs import reference
+from woodcock_server.jobs.schemas import ANY, JobCreate
+from woodcock_server.problems import Fault, InvalidRequest
+from woodcock_server.services import Services
+from woodcock_server.volumes import repository as volumes
+from woodcock_server.volumes.check import check_scene
+
+
+class RequestCheck:
+    """Of one request or several; what they name in common is looked up once."""
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._volume = cache(self._find_volume)
+        self._reference_fault = cache(self._find_reference_fault)
+
+    def check(self, request: JobCreate) -> None:
+        """Raises InvalidRequest for what cannot be rendered here."""
+        self.check_device(request.device)
+        check_scene(self._volume, request.scene)
+        _check_denoiser(request.scene)
+        if request.reference is not None:
+            self._check_reference(request.reference, request.scene)
+
+    def check_device(self, asked: str) -> None:
+        """Raises InvalidRequest for a device that there is not, or that cannot be used."""
+        known = {device.id: device for device in self._services.devices}
+        if asked == ANY:
+            return
+        if asked not in known:
+            message = f"must be {ANY} or the id of a device of this server: {', '.join(known) or 'there is none'}"
+        elif not known[asked].ready:
+            message = f"{asked} cannot be used: {known[asked].probe.fault}"
+        else:
+            return
+        raise InvalidRequest("The job cannot have the device that it asks for.", Fault(field="device", message=message))
+
+    def _check_reference(self, asked: str, scene: Scene) -> None:
+        message = self._reference_fault(asked, scene.film.width, scene.film.height)
+        if message is not None:
+            fault = Fault(field="reference", message=message)
+            raise InvalidRequest("The picture cannot be held against this reference.", fault)
+
+    def _find_volume(self, volume_id: str) -> RowMapping | None:
+        with self._services.engine.connect() as connection:
+            return volumes.get(connection, volume_id)
+
+    def _find_reference_fault(self, asked: str, width: int, height: int) -> str | None:
+        return reference.fault(self._services.engine, self._services.storage, asked, width, height)
+
+
+def _check_denoiser(scene: Scene) -> None:
+    """Raises InvalidRequest for a scene whose picture could not be denoised here."""
+    try:
+        if scene.denoise:
+            require()
+    except DenoiseError as error:
+        fault = Fault(field="scene.denoise", message=str(error))
+        raise InvalidRequest("The picture cannot be denoised by this service.", fault) from None

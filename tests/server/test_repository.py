@@ -93,6 +93,34 @@ def test_nobody_writes_to_a_finished_job(engine: Engine) -> None:
     assert claimable(engine, NOW + 100 * LEASE) is None
 
 
+def test_asking_twice_takes_a_job_from_nobody(engine: Engine) -> None:
+    """Who renders it lets go of it himself, for he still writes its files."""
+    job = add(engine)
+    claim(engine, job, "a")
+    with engine.begin() as connection:
+        assert repository.cancel(connection, job, NOW)
+    with engine.begin() as connection:
+        assert not repository.cancel(connection, job, NOW)
+        row = repository.get(connection, job)
+    assert row is not None
+    assert (row["state"], row["holder"]) == (State.CANCELLING, "a")
+    with engine.begin() as connection:
+        assert repository.let_go(connection, job, 1, NOW)
+
+
+def test_jobs_that_are_added_together_are_as_those_that_are_added_alone(engine: Engine) -> None:
+    asked = {"name": "a", "scene": SCENE, "device": ANY, "tags": ["x"]}
+    with engine.begin() as connection:
+        alone = repository.add(connection, asked, NOW)
+        repository.add_all(connection, {"1": asked, "2": {**asked, "tags": []}}, NOW)
+    with engine.connect() as connection:
+        rows = {job: dict(repository.get(connection, job) or {}) for job in (alone, "1", "2")}
+        events = {job: [event["state"] for event in repository.events(connection, job, 0)] for job in rows}
+    assert rows["1"] == {**rows[alone], "id": "1"}
+    assert rows["2"] == {**rows[alone], "id": "2", "tags": []}
+    assert events == {job: [State.QUEUED] for job in rows}
+
+
 def test_identifiers_sort_by_time() -> None:
     made = [new_id() for _ in range(2000)]
     assert made == sorted(set(made))

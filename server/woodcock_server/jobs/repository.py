@@ -55,18 +55,24 @@ NOTHING: Row = {"samples": 0, "seconds": 0.0, "series": [], "usage": {}, "spent"
 def add(connection: Connection, asked: Row, now: datetime, job_id: str | None = None) -> str:
     """A new job in the queue; returns its id. asked: name, scene and device, perhaps tags, a webhook and what PLAIN and
     NOTHING have. Raises sqlalchemy.exc.IntegrityError where a file that it names is no more."""
-    job_id, columns = job_id or new_id(), {**PLAIN, **NOTHING, **asked}
-    tags, webhook, scene = columns.pop("tags", ()), columns.pop("webhook", None), columns["scene"]
-    columns |= {"id": job_id, "state": State.QUEUED, "created_at": now, "token": 0, "paths": paths(scene)}
-    connection.execute(insert(jobs).values(columns))
-    _record(connection, job_id, State.QUEUED)
-    _tag(connection, job_id, tags)
-    named = set(UPLOADS.findall(json.dumps([scene, columns["reference"]])))
-    if rows := [{"job_id": job_id, "file": file} for file in sorted(named)]:
-        connection.execute(insert(job_files), rows)
-    if webhook is not None:
-        webhooks.add(connection, job_id, **webhook)
+    job_id = job_id or new_id()
+    add_all(connection, {job_id: asked}, now)
     return job_id
+
+
+def add_all(connection: Connection, asked: Mapping[str, Row], now: datetime) -> None:
+    """New jobs in the queue, by their ids; each as `add` takes it, all with the same keys. Raises as `add` does."""
+    same = {"state": State.QUEUED, "created_at": now, "token": 0, **PLAIN, **NOTHING}
+    rows = [{**same, **columns, "id": job_id, "paths": paths(columns["scene"])} for job_id, columns in asked.items()]
+    tags = {row["id"]: row.pop("tags", ()) for row in rows}
+    told = {row["id"]: row.pop("webhook", None) for row in rows}
+    connection.execute(insert(jobs), rows)
+    _record(connection, list(asked), State.QUEUED)
+    _tag(connection, tags)
+    named = {row["id"]: set(UPLOADS.findall(json.dumps([row["scene"], row["reference"]]))) for row in rows}
+    if files := [{"job_id": job_id, "file": file} for job_id, each in named.items() for file in sorted(each)]:
+        connection.execute(insert(job_files), files)
+    webhooks.add(connection, {job_id: webhook for job_id, webhook in told.items() if webhook is not None})
 
 
 def paths(scene: Row) -> int:
@@ -125,16 +131,19 @@ def change(connection: Connection, job_id: str, columns: Row) -> None:
     found = connection.execute(update(jobs).where(jobs.c.id == job_id).values(**values)).rowcount == 1
     if found and tags is not None:
         connection.execute(delete(job_tags).where(job_tags.c.job_id == job_id))
-        _tag(connection, job_id, tags)
+        _tag(connection, {job_id: tags})
 
 
 def cancel(connection: Connection, job_id: str, now: datetime) -> bool:
-    """A job that waits is cancelled, one that is rendered is to be; False for one that has ended."""
-    ended = {"finished_at": now}
-    return any(
-        _move(connection, job_id, state, **values)
-        for state, values in ((State.CANCELLED, ended), (State.CANCELLING, {}))
-    )
+    """A job that waits is cancelled, one that is rendered is to be; False for one that is either, or has ended."""
+    return bool(_cancel(connection, jobs.c.id == job_id, now))
+
+
+def _cancel(connection: Connection, meant: ColumnElement[bool], now: datetime) -> list[str]:
+    # What is to be cancelled already is left to its holder.
+    waits = and_(meant, jobs.c.state == State.QUEUED)
+    waited = _move(connection, waits, State.CANCELLED, finished_at=now)
+    return [*waited, *_move(connection, meant, State.CANCELLING)]
 
 
 def remove(connection: Connection, job_id: str, unless_pinned: bool = False) -> bool:
@@ -222,7 +231,7 @@ def claim(connection: Connection, job_id: str, holder: str, now: datetime, lease
     """Take the job under a new token; None if another was faster."""
     started = func.coalesce(jobs.c.started_at, literal(now, UtcDateTime))
     values = {"token": jobs.c.token + 1, "holder": holder, "lease_until": now + lease, "started_at": started}
-    taken = _move(connection, job_id, State.RUNNING, _claimable(now), **values)
+    taken = _move(connection, and_(jobs.c.id == job_id, _claimable(now)), State.RUNNING, **values)
     return get(connection, job_id) if taken else None
 
 
@@ -233,14 +242,14 @@ def write_held(connection: Connection, job_id: str, token: int, values: dict[str
     assert State.RUNNING in State(values.get("state", State.RUNNING)).before
     written = connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
     if written and "state" in values:
-        _record(connection, job_id, State(values["state"]))
+        _record(connection, [job_id], State(values["state"]))
     return written
 
 
 def let_go(connection: Connection, job_id: str, token: int, now: datetime) -> bool:
     """The holder of the token stops rendering a job that is to be cancelled; False if it is not."""
-    held = jobs.c.token == token, jobs.c.state == State.CANCELLING
-    return _move(connection, job_id, State.CANCELLED, *held, finished_at=now, **NOBODY)
+    held = and_(jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.CANCELLING)
+    return bool(_move(connection, held, State.CANCELLED, finished_at=now, **NOBODY))
 
 
 def abandoned(connection: Connection, now: datetime) -> list[tuple[str, int]]:
@@ -253,21 +262,21 @@ def abandoned(connection: Connection, now: datetime) -> list[tuple[str, int]]:
 NOBODY: dict[str, Any] = {"holder": None, "lease_until": None}
 
 
-def _move(connection: Connection, job_id: str, state: State, *where: ColumnElement[bool], **values: Any) -> bool:
-    """To another state, from one that it may follow."""
-    found = jobs.c.id == job_id, jobs.c.state.in_(state.before), *where
-    moved = connection.execute(update(jobs).where(*found).values(state=state, **values)).rowcount == 1
+def _move(connection: Connection, meant: ColumnElement[bool], state: State, **values: Any) -> list[str]:
+    """Of the jobs that are meant, those to another state that it may follow; returns which were."""
+    found = update(jobs).where(meant, jobs.c.state.in_(state.before)).values(state=state, **values)
+    moved = list(connection.execute(found.returning(jobs.c.id)).scalars())
     if moved:
-        _record(connection, job_id, state)
+        _record(connection, moved, state)
     return moved
 
 
-def _record(connection: Connection, job_id: str, state: State) -> None:
-    """The job has come to a state, in the same transaction."""
+def _record(connection: Connection, job_ids: Sequence[str], state: State) -> None:
+    """The jobs have come to a state, in the same transaction."""
     now = datetime.now(UTC)
-    connection.execute(insert(job_events).values(job_id=job_id, state=state, at=now))
+    connection.execute(insert(job_events), [{"job_id": job_id, "state": state, "at": now} for job_id in job_ids])
     if state.final:
-        webhooks.job_ended(connection, job_id, now)
+        webhooks.jobs_ended(connection, job_ids, now)
 
 
 def _claimable(now: datetime) -> ColumnElement[bool]:
@@ -277,8 +286,8 @@ def _claimable(now: datetime) -> ColumnElement[bool]:
     )
 
 
-def _tag(connection: Connection, job_id: str, tags: Iterable[str]) -> None:
-    if rows := [{"job_id": job_id, "tag": tag} for tag in tags]:
+def _tag(connection: Connection, tags: Mapping[str, Iterable[str]]) -> None:
+    if rows := [{"job_id": job_id, "tag": tag} for job_id, each in tags.items() for tag in each]:
         connection.execute(insert(job_tags), rows)
 
 

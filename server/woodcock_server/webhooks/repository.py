@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
@@ -15,8 +15,10 @@ from woodcock_server.webhooks.schemas import DeliveryState
 UNSENT = {"state": DeliveryState.WAITING, "attempts": 0}
 
 
-def add(connection: Connection, job_id: str, url: str, secret: str) -> None:
-    connection.execute(insert(webhooks).values(job_id=job_id, url=url, secret=secret, **UNSENT))
+def add(connection: Connection, asked: Mapping[str, Mapping[str, str]]) -> None:
+    """asked: by job, url and secret."""
+    if rows := [{"job_id": job_id, **webhook, **UNSENT} for job_id, webhook in asked.items()]:
+        connection.execute(insert(webhooks), rows)
 
 
 def carry_over(connection: Connection, old: str, new: str) -> None:
@@ -26,9 +28,9 @@ def carry_over(connection: Connection, old: str, new: str) -> None:
     connection.execute(insert(webhooks).from_select(columns, told.where(webhooks.c.job_id == old)))
 
 
-def job_ended(connection: Connection, job_id: str, now: datetime) -> None:
+def jobs_ended(connection: Connection, job_ids: Collection[str], now: datetime) -> None:
     """In the transaction of the end itself: whoever asked for it will be told, whatever happens."""
-    connection.execute(update(webhooks).where(webhooks.c.job_id == job_id).values(due_at=now))
+    connection.execute(update(webhooks).where(webhooks.c.job_id.in_(job_ids)).values(due_at=now))
 
 
 def of_jobs(connection: Connection, job_ids: Collection[str]) -> dict[str, dict[str, Any]]:

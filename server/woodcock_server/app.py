@@ -20,6 +20,7 @@ from woodcock_server.access import endpoints as sessions
 from woodcock_server.access import guard
 from woodcock_server.access.origin import LOOPBACK, SameOrigin
 from woodcock_server.access.rate import RateLimit
+from woodcock_server.batches import endpoints as batches
 from woodcock_server.comparisons import endpoints as comparisons
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
@@ -106,7 +107,7 @@ def create_app(settings: Settings) -> FastAPI:
         "dependencies": [Depends(guard.authorized)],
         "responses": problems.problem_schema(401, 403),
     }
-    for endpoints in (jobs, comparisons, volumes, devices, retention):
+    for endpoints in (jobs, batches, comparisons, volumes, devices, retention):
         app.include_router(endpoints.router, **guarded)
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
     # Public: what tells nothing of anybody's work.

@@ -58,6 +58,8 @@ jobs = Table(
     Column("device", String(64), nullable=False),  # what it asks for: an id, or jobs.schemas.ANY
     Column("reference", String(71)),  # what its picture is held against: a job's id, or that of an uploaded picture
     Column("comparison", String(36)),  # whose variant it renders
+    Column("batch", String(36), ForeignKey("batches.id")),  # that it is one of
+    Column("point", JSON(none_as_null=True)),  # path -> value: where in the batch's sweep it is
     Column("retry_of", String(36)),  # the job that it does once more
     Column("extends", String(36)),  # the job whose samples it goes on from
     Column("priority", Integer, nullable=False, server_default="0"),  # the higher ones are rendered first
@@ -90,6 +92,7 @@ jobs = Table(
     Index(None, "owner", "state", "paths"),
     Index(None, "owner", "size"),
     Index(None, "finished_at", "id"),
+    Index(None, "batch", "id"),
 )
 
 #: Words to find jobs by.
@@ -172,6 +175,18 @@ comparisons = Table(
     Column("device", String(64), nullable=False),
     Column("created_at", UtcDateTime, nullable=False),
     Column("variants", JSON, nullable=False),  # list of job, label and choices
+)
+
+#: Sweeps; what becomes of one is said by its jobs.
+batches = Table(
+    "batches",
+    metadata,
+    Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("name", String(200), nullable=False),
+    Column("scene", JSON, nullable=False),  # that is swept
+    Column("product", JSON, nullable=False),  # path -> values, as asked for
+    Column("zip", JSON, nullable=False),  # path -> values, as asked for
+    Column("created_at", UtcDateTime, nullable=False),
 )
 
 #: Uploaded files of every type.

@@ -64,6 +64,7 @@ def changed(path: str, value: Any) -> str:
         ("camera.target", [0, 0, 5], "camera: target must differ from origin"),
         ("camera.up", [0, 0, 2], "camera: up must not be zero or parallel to the view direction"),
         ("camera.zoom", 2, "camera.zoom: is not a known key (got 2)"),
+        ("camera.f o[v]", 2, 'camera["f o[v]"]: is not a known key (got 2)'),
         ("volumes", [], "scene: volumes or surfaces must hold something to render"),
         ("volumes", [CONSTANT] * 9, "volumes: must hold 0 to 8, not 9"),
         ("volumes.0.scale", -1, "volumes[0].scale: must be one number or three (red, green, blue), each 0 or more"),

@@ -56,6 +56,7 @@ def test_nothing_but_the_gallery_is_served(client: TestClient) -> None:
 def test_the_api_describes_itself(client: TestClient) -> None:
     paths = client.get("/openapi.json").json()["paths"]
     assert set(paths) == {
+        "/api/v1/batches", "/api/v1/batches/{id}", "/api/v1/batches/{id}/cancel",
         "/api/v1/comparisons", "/api/v1/comparisons/{id}", "/api/v1/comparisons/{id}/report.html",
         "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
         "/api/v1/jobs/{id}/cancel", "/api/v1/jobs/{id}/retry",

@@ -32,6 +32,10 @@ ROWS: dict[str, dict[str, Any]] = {
         "id": JOB, "name": "cube", "scene": "{\"film\": {\"width\": 4, \"height\": 4}}", "state": "succeeded",
         "created_at": THEN, "started_at": THEN, "finished_at": THEN, "samples": 7, "seconds": 0.5, "series": "[]",
         "usage": "{}", "token": 2, "device": ANY, "spent": "{}", "priority": 3,
+        "batch": VOLUME, "point": "{\"seed\": 1}",
+    },
+    "batches": {
+        "id": VOLUME, "name": "", "scene": "{}", "product": "{\"seed\": [1]}", "zip": "{}", "created_at": THEN,
     },
     "volumes": {
         "id": "sha256:1", "entry": VOLUME, "name": "cloud.vdb", "size": 5, "created_at": THEN, "grids": "[]",

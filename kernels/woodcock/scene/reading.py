@@ -104,15 +104,18 @@ def fault(error: Mapping[str, Any]) -> str:
 
 
 def field_path(loc: Sequence[int | str]) -> str:
-    """The path as the scene is written: `volumes[0].sigma_t` of pydantic's ("volumes", 0, "constant", "sigma_t")."""
+    """The path as the scene is written: `volumes[0].sigma_t` of pydantic's ("volumes", 0, "constant", "sigma_t").
+
+    A key that is no name is quoted: `product["camera.fov"]`.
+    """
     path = ""
     tagged = False
     for position, part in enumerate(loc):
         if isinstance(part, int):
             path += f"[{part}]"
         elif not tagged:
-            path += f".{part}" if path else part
+            path += f".{part}" if part.isidentifier() else f"[{json.dumps(part, ensure_ascii=False)}]"
         before = loc[position - 1] if isinstance(part, int) and position else part
         # Unions are tagged by kind: the part after one of these is the kind, not a key of the scene.
         tagged = not tagged and before in (_TAGGED_ITEMS if isinstance(part, int) else _TAGGED)
-    return path
+    return path.removeprefix(".")

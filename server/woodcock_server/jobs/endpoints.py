@@ -88,9 +88,10 @@ def list_jobs(
     ] = None,
     since: Annotated[Time | None, Query(description="Created then or later.")] = None,
     before: Annotated[Time | None, Query(description="Created earlier.")] = None,
+    batch: Annotated[str | None, Query(max_length=36, description="Of this batch."), ONE_LINE] = None,
 ) -> Response:
     """Jobs without their scenes, newest first."""
-    meant = repository.Filter(state or (), tag, owner, text, since, before)
+    meant = repository.Filter(state or (), tag, owner, text, since, before, batch)
     with services.engine.connect() as connection:
         rows, following = repository.page(connection, limit, cursor, meant)
         waiting = service.waiting(connection, services.dispatcher, rows)

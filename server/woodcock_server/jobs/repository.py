@@ -42,7 +42,7 @@ PLAIN: Row = {
     "owner": "",
     "pinned": False,
     "priority": 0,
-    **dict.fromkeys(("reference", "comparison", "retry_of", "extends")),
+    **dict.fromkeys(("reference", "comparison", "batch", "point", "retry_of", "extends")),
 }
 #: Ids that one statement may name, by what databases take.
 MOST_AT_ONCE = 500
@@ -89,7 +89,7 @@ def get(connection: Connection, job_id: str) -> Row | None:
 @dataclass(frozen=True)
 class Filter:
     """Which jobs are meant, where something is said: states, any of these; tag; owner; text: a part of the name, in
-    letters of any case; since, before: of their creation."""
+    letters of any case; since, before: of their creation; batch: that they are of."""
 
     states: Collection[State] = ()
     tag: str | None = None
@@ -97,6 +97,7 @@ class Filter:
     text: str | None = None
     since: datetime | None = None
     before: datetime | None = None
+    batch: str | None = None
 
     @property
     def conditions(self) -> Iterator[ColumnElement[bool]]:
@@ -112,6 +113,8 @@ class Filter:
             yield jobs.c.created_at >= self.since
         if self.before is not None:
             yield jobs.c.created_at < self.before
+        if self.batch is not None:
+            yield jobs.c.batch == self.batch
 
 
 #: Columns that grow with a render, and of which a listing tells nothing.
@@ -137,6 +140,11 @@ def change(connection: Connection, job_id: str, columns: Row) -> None:
 def cancel(connection: Connection, job_id: str, now: datetime) -> bool:
     """A job that waits is cancelled, one that is rendered is to be; False for one that is either, or has ended."""
     return bool(_cancel(connection, jobs.c.id == job_id, now))
+
+
+def cancel_batch(connection: Connection, batch_id: str, now: datetime) -> list[str]:
+    """Each job of a batch that has not ended, as `cancel` does; returns which."""
+    return _cancel(connection, jobs.c.batch == batch_id, now)
 
 
 def _cancel(connection: Connection, meant: ColumnElement[bool], now: datetime) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue
 
 from woodcock.scene import Scene, Stop
 from woodcock_server.jobs.states import State
@@ -96,8 +96,9 @@ class JobSummary(BaseModel):
     integrator: that the scene is rendered by, null until it is prepared. The error of one without random numbers
     (transmittance, emission_absorption) is no estimate: it is at most rmse. device: that it asks for, or `any`;
     devices: that have rendered it. reference: that it is held against. waiting: while it is queued, why it would not be
-    rendered even if no job were before it. retry_of: the job that this one does once more; extends: the one whose
-    samples it goes on from. webhook: how it stands with telling the job's end, if that was asked for.
+    rendered even if no job were before it. batch: that it is of; point: the values of what is swept, by path.
+    retry_of: the job that this one does once more; extends: the one whose samples it goes on from. webhook: how it
+    stands with telling the job's end, if that was asked for.
     """
 
     id: str
@@ -122,6 +123,8 @@ class JobSummary(BaseModel):
     device: str
     devices: list[str]
     reference: str | None
+    batch: str | None
+    point: dict[str, JsonValue] | None
     retry_of: str | None
     extends: str | None
     webhook: Delivery | None
@@ -155,32 +158,40 @@ def job(row: Mapping[str, Any], waiting: str | None = None) -> Job:
 
 
 def _summary(row: Mapping[str, Any], waiting: str | None) -> dict[str, Any]:
-    state, scene = State(row["state"]), row["scene"]
-    path = f"{PREFIX}/{row['id']}"
-    succeeded = state is State.SUCCEEDED
+    scene = row["scene"]
     return {
         **{key: row[key] for key in JobSummary.model_fields if key in row},
         "waiting": waiting,
         "width": scene["film"]["width"],
         "height": scene["film"]["height"],
         "target": scene["stop"],
-        "fraction": 1.0 if succeeded else min(_done(row), 1.0),
+        "fraction": fraction(row),
         "devices": sorted(row["usage"]),
         "integrator": next((use["kinds"]["integrator"][0] for use in row["usage"].values()), None),
-        "links": Links(
-            self=path,
-            events=f"{path}/events",
-            image=f"{path}/image.exr" if succeeded else None,
-            # A preview is written before the first samples are counted.
-            preview=f"{path}/preview.png" if row["samples"] else None,
-            report=f"{path}/report.json" if succeeded else None,
-            report_page=f"{path}/report.html" if succeeded else None,
-        ),
+        "links": links(row),
     }
 
 
+def links(row: Mapping[str, Any]) -> Links:
+    path = f"{PREFIX}/{row['id']}"
+    succeeded = row["state"] == State.SUCCEEDED
+    return Links(
+        self=path,
+        events=f"{path}/events",
+        image=f"{path}/image.exr" if succeeded else None,
+        # A preview is written before the first samples are counted.
+        preview=f"{path}/preview.png" if row["samples"] else None,
+        report=f"{path}/report.json" if succeeded else None,
+        report_page=f"{path}/report.html" if succeeded else None,
+    )
+
+
+def fraction(row: Mapping[str, Any]) -> float:
+    """Of what the contract asks for, which part is done, 0 to 1."""
+    return 1.0 if row["state"] == State.SUCCEEDED else min(_done(row), 1.0)
+
+
 def _done(row: Mapping[str, Any]) -> float:
-    """Of what the contract asks for, which part is done."""
     stop = row["scene"]["stop"]
     match stop["kind"]:
         case "samples":

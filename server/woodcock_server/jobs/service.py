@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from anyio import to_thread
 from fastapi import HTTPException
 from sqlalchemy import Connection, Engine
+from sqlalchemy.exc import IntegrityError
 
 from woodcock.scene import RelativeErrorStop, SamplesStop, Scene, SecondsStop, Stop
 from woodcock_server import idempotency
@@ -80,12 +81,10 @@ def retry(services: Services, row: repository.Row, owner: str) -> Job:
         raise Conflict(f"Job {row['id']} is {row['state']}. Only one that failed or was cancelled can be tried again.")
     request = JobCreate.model_validate(_asked(row))
     RequestCheck(services).check(request)
-    asked = {**request.model_dump(mode="json"), "retry_of": row["id"], "owner": owner}
+    place = {key: row[key] for key in ("batch", "point")}
+    asked = {**request.model_dump(mode="json"), **place, "retry_of": row["id"], "owner": owner}
     admit(services, owner, [asked["scene"]])
-    with services.engine.begin() as connection:
-        job_id = repository.add(connection, asked, datetime.now(UTC))
-        webhooks.carry_over(connection, row["id"], job_id)
-        return described(connection, services.dispatcher, existing(connection, job_id))
+    return _follow_up(services, row, asked, new_id())
 
 
 def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> Job:
@@ -97,16 +96,28 @@ def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> J
     _check_stricter(before.stop, stop)
     request = JobCreate.model_validate(_asked(row) | {"scene": before.model_copy(update={"stop": stop})})
     RequestCheck(services).check(request)
-    done = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
-    columns = {**request.model_dump(mode="json"), **done, "extends": old, "owner": owner}
+    same = {key: row[key] for key in (*repository.NOTHING, "rmse", "relative_rmse")}
+    if not any(path.partition(".")[0] == "stop" for path in row["point"] or ()):  # It is where the old one is.
+        same |= {key: row[key] for key in ("batch", "point")}
+    columns = {**request.model_dump(mode="json"), **same, "extends": old, "owner": owner}
     admit(services, owner, [columns["scene"]])
     job_id = new_id()
     if not services.storage.hand_on(old, job_id):
         raise Conflict(f"Job {old} has no samples to go on from: it ended under a version that kept none.")
-    with services.engine.begin() as connection:
-        repository.add(connection, columns, datetime.now(UTC), job_id)
-        webhooks.carry_over(connection, old, job_id)
-        return described(connection, services.dispatcher, existing(connection, job_id))
+    return _follow_up(services, row, columns, job_id)
+
+
+def _follow_up(services: Services, row: repository.Row, asked: repository.Row, job_id: str) -> Job:
+    """A new job that follows from another one. Raises JobMissing if that was deleted in the meantime, and with it its
+    batch or a file."""
+    try:
+        with services.engine.begin() as connection:
+            repository.add(connection, asked, datetime.now(UTC), job_id)
+            webhooks.carry_over(connection, row["id"], job_id)
+            return described(connection, services.dispatcher, existing(connection, job_id))
+    except IntegrityError:
+        services.storage.remove_job(job_id)
+        raise JobMissing(row["id"]) from None
 
 
 def _asked(row: repository.Row) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Batches: a scene rendered at every point of a sweep."""

@@ -16,9 +16,9 @@ from typing import Annotated, NoReturn
 import typer
 
 from woodcock.scene import Scene, SceneError, files, load
-from woodcock_client.cli import BAD_INPUT, FAILED, INTERRUPTED
 from woodcock_client.client import Artifact, Client
 from woodcock_client.connection import ServiceError, Unreachable
+from woodcock_client.exits import BAD_INPUT, FAILED, INTERRUPTED
 from woodcock_client.models import Device
 from woodcock_client.progress import show
 

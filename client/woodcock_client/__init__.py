@@ -10,6 +10,7 @@ with Client("http://127.0.0.1:8000") as client:
     client.fetch(job.id, "image.exr", Path("cloud.exr"))
 """
 
+from woodcock_client.batch_models import Axis, Batch, BatchJob
 from woodcock_client.client import Artifact, Client
 from woodcock_client.connection import ServiceError, Unreachable
 from woodcock_client.models import (
@@ -28,6 +29,9 @@ from woodcock_client.trial_models import Comparison, DeviceForecast, JobCheck
 
 __all__ = [
     "Artifact",
+    "Axis",
+    "Batch",
+    "BatchJob",
     "Client",
     "Comparison",
     "Device",

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from http import HTTPStatus
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 from urllib.parse import quote
 
 import httpx2
+from pydantic import JsonValue
 
-from woodcock.scene import Scene, SceneError, files, with_files
-from woodcock_client.connection import Connection, ServiceError, Unreachable
+from woodcock.scene import Scene
+from woodcock_client.batch_models import Batch
+from woodcock_client.connection import ServiceError, Unreachable
 from woodcock_client.download import replacing
 from woodcock_client.models import (
     Device,
@@ -23,18 +24,19 @@ from woodcock_client.models import (
     JobSummary,
     Stability,
     State,
-    Volume,
 )
 from woodcock_client.trial_models import Comparison, JobCheck
+from woodcock_client.uploads import Uploads
 
 Artifact = Literal["image.exr", "preview.png", "report.json", "report.html"]
 
 PAGE = 100  # jobs per request of a listing
 RECONNECT = (0.25, 5.0)  # seconds before the first and the last attempt to pick up a broken stream
+LOOK_EVERY = 1.0  # seconds between two looks at a batch
 SILENCE = 60.0  # seconds without even a ping after which a stream counts as broken
 
 
-class Client(Connection):
+class Client(Uploads):
     """A connection to one Woodcock service; a context manager.
 
     `base_url` is the service's address, such as "http://127.0.0.1:8000". `timeout` is how many seconds may pass
@@ -109,10 +111,59 @@ class Client(Connection):
         """The comparison as it is now; with its verdict, once all of its jobs have ended."""
         return self._read(Comparison, self._request("GET", f"/api/v1/comparisons/{quote(id, safe='')}"))
 
-    def _sent(self, scene: Scene) -> dict[str, Any]:
-        """The scene with its files uploaded."""
-        uploaded = {file: self._upload_for(file) for file in files(scene) if not file.startswith("sha256:")}
-        return with_files(scene, lambda file: uploaded.get(file, file)).model_dump(mode="json")
+    def sweep(
+        self,
+        scene: Scene,
+        product: Mapping[str, Sequence[JsonValue]] | None = None,
+        zip: Mapping[str, Sequence[JsonValue]] | None = None,
+        *,
+        name: str = "",
+        device: str = "any",
+        reference: str | None = None,
+        webhook: str | None = None,
+        webhook_secret: str | None = None,
+    ) -> Batch:
+        """Queue a job for every combination of values of the scene's fields, 1000 at most, all or none.
+
+        Both have lists of values by the path of the field, such as "volumes[0].sigma_t". Each list of `product` is
+        combined with all others; those of `zip` have one length and go together. Files, also among the values, and all
+        else are as `submit` has them; the webhook is told of the end of each.
+        """
+        body = {
+            "scene": self._sent(scene),
+            "product": self._sent_values(product or {}),
+            "zip": self._sent_values(zip or {}),
+            "name": name,
+            "device": device,
+            "reference": reference,
+            "webhook": webhook and {"url": webhook, "secret": webhook_secret},
+        }
+        return self._read(Batch, self._request("POST", "/api/v1/batches", json=body))
+
+    def batch(self, id: str) -> Batch:
+        """The batch as it is now, with all of its jobs."""
+        return self._read(Batch, self._request("GET", f"/api/v1/batches/{quote(id, safe='')}"))
+
+    def follow_batch(self, id: str) -> Iterator[Batch]:
+        """The batch now, then again when it has changed, until all of its jobs have ended.
+
+        Outages are sat out as by `follow`.
+        """
+        last: Batch | None = None
+        lost: float | None = None
+        while last is None or not last.finished:
+            try:
+                now = self.batch(id)
+            except (Unreachable, ServiceError) as error:
+                lost = self._sit_out(error, lost)
+            else:
+                lost = None
+                if now != last:
+                    last = now
+                    yield now
+                if now.finished:
+                    return
+            time.sleep(LOOK_EVERY)
 
     def job(self, id: str) -> Job:
         """The job as it is now, with its scene."""
@@ -150,10 +201,7 @@ class Client(Connection):
                     if summary.finished:
                         return
             except (Unreachable, ServiceError) as error:
-                temporary = isinstance(error, Unreachable) or error.status >= HTTPStatus.INTERNAL_SERVER_ERROR
-                lost = lost or time.monotonic()
-                if not temporary or time.monotonic() - lost > self._timeout:
-                    raise
+                lost = self._sit_out(error, lost)
             time.sleep(delay)
             delay = min(2 * delay, last_delay)
 
@@ -168,6 +216,14 @@ class Client(Connection):
             pass
         yield self._read(JobSummary, self._request("GET", _job_path(id)))
 
+    def _sit_out(self, error: Unreachable | ServiceError, lost: float | None) -> float:
+        """When the outage began, None for now; raises the error if it is none, or lasts for too long."""
+        temporary = isinstance(error, Unreachable) or error.status >= HTTPStatus.INTERNAL_SERVER_ERROR
+        began = lost or time.monotonic()
+        if not temporary or time.monotonic() - began > self._timeout:
+            raise error
+        return began
+
     def fetch(self, id: str, artifact: Artifact, path: Path) -> None:
         """Save a job's picture, preview or report as `path`.
 
@@ -178,37 +234,7 @@ class Client(Connection):
             for chunk in response.iter_bytes():
                 file.write(chunk)
 
-    # Files and devices
-
-    def upload(self, path: Path) -> Volume:
-        """Give the service a volume, mesh or picture; only its digest travels when the service already has it.
-
-        Raises OSError if the file cannot be read.
-        """
-        with path.open("rb") as file:
-            id = f"sha256:{hashlib.file_digest(file, 'sha256').hexdigest()}"
-            try:
-                return self.volume(id)
-            except ServiceError as error:
-                if error.status != HTTPStatus.NOT_FOUND:
-                    raise
-            size = file.tell()
-            file.seek(0)
-            response = self._request(
-                "POST",
-                "/api/v1/volumes",
-                params={"name": path.name},
-                content=file,
-                headers={"Content-Type": "application/octet-stream", "Content-Length": str(size)},
-            )
-        volume = self._read(Volume, response)
-        if volume.id != id:
-            raise ServiceError(response.status_code, f"{path} changed while it was uploaded; submit it again")
-        return volume
-
-    def volume(self, id: str) -> Volume:
-        """An uploaded file; `id` is "sha256:" and the digest."""
-        return self._read(Volume, self._request("GET", f"/api/v1/volumes/{quote(id, safe=':')}"))
+    # Devices
 
     def devices(self) -> tuple[Device, ...]:
         """The devices that the service renders on, those that failed their check among them."""
@@ -224,12 +250,6 @@ class Client(Connection):
         Raises ServiceError with status 404 for a device that is not checked.
         """
         return self._read(Stability, self._request("GET", _stability_path(id)))
-
-    def _upload_for(self, file: str) -> str:
-        try:
-            return self.upload(Path(file)).id
-        except OSError as error:
-            raise SceneError(f"{file}: {error.strerror or error}") from None
 
 
 def _job_path(id: str) -> str:

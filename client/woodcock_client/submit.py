@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from woodcock.scene import load
-from woodcock_client import trials
+from woodcock_client import sweeps, trials
+from woodcock_client.batch_models import Batch
 from woodcock_client.client import Client
 from woodcock_client.exits import BAD_INPUT, FAILED, INTERRUPTED, fail
 from woodcock_client.models import JobSummary
@@ -35,6 +36,9 @@ Ask how long it would take, and queue nothing:
 \b
 Find the best estimator, each for half a minute (`woodcock compare` does that without a service):
   woodcock submit cloud.json --vary majorant=global,grid --seconds 30 --follow
+\b
+Render a scene at every combination of values of some of its fields:
+  woodcock submit cloud.json --sweep 'volumes[0].scale=1,2,4' --sweep camera.fov=20,35 --follow
 \b
 Use another service:
   woodcock submit cloud.json --server http://farm:8000
@@ -86,6 +90,19 @@ def submit(
         ),
     ] = None,
     seconds: Annotated[float, typer.Option(min=0.1, help="With --vary: rendering time of every variant.")] = 10.0,
+    sweep: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATH=VALUE,VALUE",
+            help="Render every combination of values of a field with those of the others; may be repeated.",
+        ),
+    ] = None,
+    zip: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATH=VALUE,VALUE", help="Likewise, but these fields take their values together; may be repeated."
+        ),
+    ] = None,
     server: Annotated[
         str, typer.Option(metavar="URL", envvar="WOODCOCK_SERVER", help="Address of the service.")
     ] = "http://127.0.0.1:8000",
@@ -101,14 +118,15 @@ def submit(
         fail(f"-o {output}: the name must end in .exr", BAD_INPUT)
     if output is not None and not output.parent.is_dir():
         fail(f"-o {output}: {output.parent} is not a folder", BAD_INPUT)
-    if ((check or vary) and output is not None) or (check and vary):
-        fail("--check, --vary and -o exclude each other", BAD_INPUT)
+    if sum(map(bool, (check, vary, sweep or zip, output))) > 1:
+        fail("--check, --vary, --sweep and -o exclude each other", BAD_INPUT)
     if webhook and (check or vary):
         fail("--webhook goes with neither --check nor --vary", BAD_INPUT)
     if webhook and not webhook_secret:
         fail("--webhook needs WOODCOCK_WEBHOOK_SECRET: whsec_ and base64 of 24 to 64 random bytes", BAD_INPUT)
     try:
         varied = trials.choices(vary or [])
+        product, zipped = sweeps.axes("--sweep", sweep or []), sweeps.axes("--zip", zip or [])
     except ValueError as error:
         fail(str(error), BAD_INPUT)
     try:
@@ -121,18 +139,26 @@ def submit(
         if check:
             trials.print_check(client.check(described, device=device))
             return
+        named = _reference(client, reference)
         if varied:
-            named = _reference(client, reference)
             made = client.compare(described, varied, seconds, name=title, device=device, reference=named)
             _compare(client, made, follow)
             return
+        if product or zipped:
+            batch = client.sweep(
+                described,
+                product,
+                zipped,
+                name=title,
+                device=device,
+                reference=named,
+                webhook=webhook,
+                webhook_secret=webhook_secret,
+            )
+            _sweep(client, batch, follow)
+            return
         job = client.submit(
-            described,
-            name=title,
-            device=device,
-            reference=_reference(client, reference),
-            webhook=webhook,
-            webhook_secret=webhook_secret,
+            described, name=title, device=device, reference=named, webhook=webhook, webhook_secret=webhook_secret
         )
         page = f"{client.base_url}/renders/{job.id}"
         typer.echo(page)
@@ -167,6 +193,21 @@ def _compare(client: Client, made: Comparison, follow: bool) -> None:
     typer.echo(end.verdict.says)
     if end.links.report is not None:
         typer.echo(f"{client.base_url}{end.links.report}")
+
+
+def _sweep(client: Client, made: Batch, follow: bool) -> None:
+    page = f"{client.base_url}/?batch={made.id}"
+    typer.echo(page)
+    if not follow:
+        return
+    try:
+        end = sweeps.show(client.follow_batch(made.id))
+    except KeyboardInterrupt:
+        fail(f"interrupted; the renders go on at {page}", INTERRUPTED)
+    sweeps.print_table(end)
+    if lacking := [job for job in end.jobs if job.state != "succeeded"]:
+        why = next((job.error.strip().splitlines()[0] for job in lacking if job.error), "cancelled")
+        fail(f"{len(lacking)} of {len(end.jobs)} renders did not succeed: {why}", FAILED)
 
 
 def _reference(client: Client, named: str | None) -> str | None:

@@ -41,6 +41,7 @@ class Service:
         self.volumes: dict[str, dict[str, Any]] = {}
         self.devices = {"cpu0": dict(DEVICE)}
         self.checks: dict[str, dict[str, Any]] = {}  # by device
+        self.batches: dict[str, dict[str, Any]] = {}
         self.requests: list[tuple[str, str]] = []
         self.secrets: dict[str, str | None] = {}  # of webhooks, by job
         self.streams_to_cut = 0  # streams that break after their first event
@@ -166,6 +167,8 @@ class _Handler(BaseHTTPRequestHandler):
                     self._artifact(id, rest[0])
             case ["api", "v1", "volumes", id] if id in self.service.volumes:
                 self._json(200, self.service.volumes[id])
+            case ["api", "v1", "batches", id] if id in self.service.batches:
+                self._json(200, self.service.batches[id])
             case ["api", "v1", "devices"]:
                 self._json(200, {"items": [{"id": id, **device} for id, device in self.service.devices.items()]})
             case ["api", "v1", "devices", id, "stability"] if id in self.service.checks:

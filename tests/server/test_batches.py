@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from subprocess import run
 from typing import Any
 
 import numpy as np
@@ -23,7 +26,7 @@ from woodcock_server.jobs import service as jobs
 from woodcock_server.services import Services
 
 from .conftest import Service
-from .files import exr, npy
+from .files import OPEN, exr, npy
 
 MakeScene = Callable[..., dict[str, Any]]
 Sweep = Callable[..., Any]
@@ -109,6 +112,15 @@ def test_a_batch_is_a_job_for_each_point(client: TestClient, sweep: Sweep, make_
 def test_a_job_that_is_of_no_batch_says_so(client: TestClient, make_scene: MakeScene) -> None:
     job = client.post("/api/v1/jobs", json={"scene": make_scene()}).json()
     assert (job["batch"], job["point"]) == (None, None)
+
+
+def test_of_the_end_of_each_job_is_told(client: TestClient, sweep: Sweep) -> None:
+    secret = "whsec_" + "A" * 32
+    answer = sweep(webhook={"url": "https://example.org/hook", "secret": secret}, pinned=True)
+    jobs = client.get(made(answer)["links"]["jobs"]).json()["items"]
+    told = {"url": "https://example.org/hook", "state": "waiting", "attempts": 0, "error": None}
+    assert [(job["webhook"], job["pinned"]) for job in jobs] == [(told, True)] * 4
+    assert secret not in answer.text
 
 
 def test_names_are_no_longer_than_names_may_be(client: TestClient, sweep: Sweep) -> None:
@@ -398,3 +410,25 @@ def test_what_is_extended_leaves_a_sweep_of_the_contract(service: Service, make_
     service.wait(extended["id"], lambda now: now["state"] == "succeeded")
     assert service.http.delete(path).status_code == 204
     assert service.job(extended["id"])["state"] == "succeeded"
+
+
+def test_the_command_shows_what_became_of_each(service: Service, make_scene: MakeScene, tmp_path: Path) -> None:
+    """Files among the values are uploaded; of what fails it says why, and how many."""
+    scene, address = make_scene(), str(service.http.base_url).rstrip("/")
+    (tmp_path / "cube.json").write_text(json.dumps(scene))
+    (tmp_path / "open.obj").write_bytes(OPEN)
+    shapes = f"{json.dumps(scene['volumes'][0]['shape'])},{json.dumps({'kind': 'mesh', 'file': 'open.obj'})}"
+    command = [sys.executable, "-m", "woodcock_client.cli", "submit", "cube.json", "--server", address]
+    asked = ["--zip", f"volumes[0].shape={shapes}", "--zip", "seed=1,2", "--sweep", "camera.fov=35", "--follow"]
+    done = run([*command, *asked], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+    page, *table = filter(None, done.stdout.splitlines())
+    batch = service.http.get(f"{PATH}/{page.removeprefix(f'{address}/?batch=')}").json()
+    assert [axis["paths"] for axis in batch["axes"]] == [["volumes[0].shape", "seed"], ["camera.fov"]]
+    assert batch["axes"][0]["rows"][1][0]["file"].startswith("sha256:")
+    assert [job["state"] for job in batch["jobs"]] == ["succeeded", "failed"]
+    assert all(any(job["id"] in line and job["state"] in line for line in table) for job in batch["jobs"])
+    *_, last, sentence = done.stderr.splitlines()
+    assert last == "100%, 2 of 2 done, 1 failed"
+    assert sentence.startswith("woodcock: 1 of 2 renders did not succeed: ")
+    assert sentence.endswith(batch["jobs"][1]["error"].splitlines()[0])
+    assert done.returncode == 1

@@ -148,4 +148,4 @@ def test_the_client_shows_a_dry_run(service: Service, make_scene: Make, tmp_path
     for said in ("cpu0", "cpu1", "95 % interval", "By a pilot of", f"program {told.program.hash[:12]}", "memory: "):
         assert said in done.stdout
     refused = subprocess.run([*command, "--vary", "majorant=global,grid"], capture_output=True, text=True, check=False)
-    assert (refused.returncode, refused.stderr) == (2, "woodcock: --check, --vary and -o exclude each other\n")
+    assert (refused.returncode, refused.stderr) == (2, "woodcock: --check, --vary, --sweep and -o exclude each other\n")

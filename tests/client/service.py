@@ -95,6 +95,8 @@ class Service:
                 "device": "any",
                 "devices": [],
                 "reference": None,
+                "batch": None,
+                "point": None,
                 "integrator": None,
                 "error": None,
                 "links": links,
@@ -238,7 +240,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _list(self, query: dict[str, str]) -> None:
         items = [
-            job for job in reversed(self.service.jobs.values()) if job["state"] == query.get("state", job["state"])
+            job
+            for job in reversed(self.service.jobs.values())
+            if all(job[key] == query.get(key, job[key]) for key in ("state", "batch"))
         ]
         start, limit = int(query.get("cursor", 0)), int(query.get("limit", 50))
         more = str(start + limit) if start + limit < len(items) else None

@@ -193,6 +193,25 @@ def test_older_renders_come_as_the_wall_is_scrolled(service: Service, page: Page
     assert page.evaluate("scrollY") == pytest.approx(place, abs=2)
 
 
+def test_the_wall_shows_one_batch(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    for number, batch in enumerate(("b 1", None, "b 1")):
+        id = service.add(scene_json, f"render {number}")
+        service.update(id, batch=batch, point=batch and {"volumes[0].sigma_t": number, "film.width": 64})
+        service.finish(id)
+    page.goto(f"{service.url}/?batch=b%201")
+    expect(page.locator(".card .name")).to_have_text(["render 2", "render 0"])
+    page.get_by_role("link", name="Renders").click()
+    expect(page.locator(".card .name")).to_have_text(["render 2", "render 1", "render 0"])
+    page.get_by_text("render 0").click()
+    page.get_by_role("link", name="volumes[0].sigma_t = 0, film.width = 64").click()
+    expect(page).to_have_url(f"{service.url}/?batch=b%201")
+    expect(page.locator(".card .name")).to_have_text(["render 2", "render 0"])
+    page.go_back()
+    expect(page.get_by_role("heading", name="render 0")).to_be_visible()
+    page.goto(f"{service.url}/?batch=none")
+    expect(page.get_by_role("heading", name="There are no renders of this batch")).to_be_visible()
+
+
 def test_the_keyboard_suffices(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
     service.finish(service.add(scene_json, "typed"))
     page.goto(service.url)

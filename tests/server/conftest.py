@@ -24,6 +24,8 @@ from woodcock_server import app as application
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 
+from .sweeps import PATH, PRODUCT, Sweep
+
 #: By which a service is asked that no one listens for.
 ADDRESS = "http://127.0.0.1:8000"
 #: As much of a scene as a row of the queue needs.
@@ -109,6 +111,17 @@ def engine(database: str) -> Iterator[Engine]:
     engine = open_database(database)
     yield engine
     engine.dispose()
+
+
+@pytest.fixture
+def sweep(client: TestClient, make_scene: Callable[..., dict[str, Any]]) -> Sweep:
+    """Asks the service that has no devices for a batch."""
+
+    def post(key: str | None = None, **more: Any) -> Any:
+        headers = {} if key is None else {"Idempotency-Key": key}
+        return client.post(PATH, json={"scene": make_scene(), "product": PRODUCT, **more}, headers=headers)
+
+    return post
 
 
 class Service:

@@ -34,9 +34,10 @@ const get = (path, signal) => ask(path, { signal });
 export const signIn = (token) =>
   ask(`${ROOT}/session`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ token }) });
 
-export const listJobs = ({ limit, cursor }, signal) => {
+export const listJobs = ({ limit, cursor, batch }, signal) => {
   const query = new URLSearchParams({ limit });
   if (cursor) query.set("cursor", cursor);
+  if (batch) query.set("batch", batch);
   return get(`${ROOT}/jobs?${query}`, signal);
 };
 

@@ -1,4 +1,4 @@
-// The shell and the router: `/` is the wall, `/renders/{id}` one render.
+// The shell and the router: `/` is the wall, `/?batch={id}` that of a batch, `/renders/{id}` one render.
 
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
@@ -9,19 +9,21 @@ import { SignIn } from "./signin.js";
 import { Notice } from "./states.js";
 import { Wall } from "./wall.js";
 
-function route(path) {
+function route(address) {
+  const { pathname: path, searchParams: query } = new URL(address, location.origin);
   const [, id] = path.match(/^\/renders\/([^/]+)\/?$/) ?? [];
   try {
     if (id) return { id: decodeURIComponent(id) };
   } catch {
     return { unknown: true }; // a stray % in the address
   }
-  return path === "/" ? {} : { unknown: true };
+  return path === "/" ? { batch: query.get("batch") } : { unknown: true };
 }
 
 // A plain click on a link within the gallery changes the page without loading it again.
 function useRouter() {
-  const [path, setPath] = useState(location.pathname);
+  const here = () => location.pathname + location.search;
+  const [address, setAddress] = useState(here);
   useEffect(() => {
     const onClick = (event) => {
       const link = event.target.closest?.("a[data-route]");
@@ -29,9 +31,9 @@ function useRouter() {
       if (!link || !plain || event.defaultPrevented) return;
       event.preventDefault();
       history.pushState(null, "", link.href);
-      setPath(location.pathname);
+      setAddress(here());
     };
-    const onPop = () => setPath(location.pathname);
+    const onPop = () => setAddress(here());
     addEventListener("click", onClick);
     addEventListener("popstate", onPop);
     return () => {
@@ -39,7 +41,7 @@ function useRouter() {
       removeEventListener("popstate", onPop);
     };
   }, []);
-  return route(path);
+  return route(address);
 }
 
 // Whether the service has asked who is there, and a function for when it has been told.
@@ -54,7 +56,7 @@ function useSignedOut() {
 }
 
 function App() {
-  const { id, unknown } = useRouter();
+  const { id, batch, unknown } = useRouter();
   const [signedOut, onSignedIn] = useSignedOut();
   return html`
     <a class="skip" href="#main">Skip to content</a>
@@ -67,7 +69,7 @@ function App() {
         ? html`<${Notice} title="There is no such page" action=${html`<a class="button" href="/" data-route>All renders</a>`} />`
         : id
           ? html`<${Render} key=${id} id=${id} />`
-          : html`<${Wall} />`}
+          : html`<${Wall} key=${batch} batch=${batch} />`}
     </main>
   `;
 }

@@ -21,6 +21,7 @@ export function Facts({ job, report, devices }) {
         ${typeof report?.efficiency === "number" &&
         html`<${Fact} name="Efficiency">${number(report.efficiency)} <span class="fact">1 / (variance × seconds)</span><//>`}
         ${report?.against && html`<${Against} against=${report.against} mean=${report.mean_luminance} />`}
+        ${job.batch && html`<${Fact} name="Batch"><a href=${`/?batch=${encodeURIComponent(job.batch)}`} data-route>${point(job.point)}</a><//>`}
         ${job.reference && html`<${Fact} name="Reference">${brief(job.reference)}<//>`}
         <${Fact} name="Seed">${seed}<//>
         ${job.integrator &&
@@ -45,6 +46,10 @@ export function Facts({ job, report, devices }) {
 }
 
 const Fact = ({ name, children }) => html`<div><dt>${name}</dt><dd>${children}</dd></div>`;
+
+// Where in a batch a render is.
+const point = (values) =>
+  Object.entries(values).map(([path, value]) => brief(`${path} = ${JSON.stringify(value)}`)).join(", ");
 
 const Kept = ({ contract: { kind, met, reached } }) => {
   const error = kind === "relative_error" && typeof reached === "number" ? `reached ${percent(reached)}` : "";

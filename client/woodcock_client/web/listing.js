@@ -1,4 +1,4 @@
-// The wall's jobs, newest first: pages as they are scrolled to, and what is new or moving, asked for again and again.
+// The wall's jobs, all or those of a batch, newest first: pages as they are scrolled to, and what is new or moving, asked for again and again.
 //
 // One listing lives as long as the tab, so that coming back from a render finds the wall as it was left. It polls
 // (two requests a beat at most for any number of running jobs) because browsers allow six connections to one address
@@ -11,7 +11,8 @@ const BEAT = 2000; // ms between looks while something renders
 const REST = 4000; // ms when nothing does
 const OLDEST = 4; // active jobs beyond the first page that are looked at each beat; the oldest render first
 
-export const listing = { jobs: null, next: null, problem: null, away: false, loading: false };
+const NOTHING = { jobs: null, next: null, problem: null, away: false, loading: false };
+export const listing = { batch: null, ...NOTHING };
 
 let tell = () => {};
 let timer;
@@ -32,20 +33,24 @@ function merged(fresh) {
 
 export async function more() {
   if (listing.loading) return;
+  const { batch } = listing;
   change({ loading: true });
   try {
-    const { items, next } = await listJobs({ limit: PAGE, cursor: listing.next });
+    const { items, next } = await listJobs({ limit: PAGE, cursor: listing.next, batch });
+    if (listing.batch !== batch) return;
     const have = new Set(listing.jobs?.map((job) => job.id));
     const jobs = [...(listing.jobs ?? []), ...items.filter((job) => !have.has(job.id))];
     change({ jobs, next, problem: null, away: false, loading: false });
   } catch (problem) {
-    change({ problem, loading: false });
+    if (listing.batch === batch) change({ problem, loading: false });
   }
 }
 
 async function refresh() {
+  const { batch } = listing;
   try {
-    const { items, next } = await listJobs({ limit: PAGE });
+    const { items, next } = await listJobs({ limit: PAGE, batch });
+    if (listing.batch !== batch) return;
     const ids = new Set(items.map((job) => job.id));
     const overlaps = listing.jobs.length === 0 || listing.jobs.some((job) => ids.has(job.id));
     if (!overlaps) {
@@ -55,6 +60,7 @@ async function refresh() {
     }
     const beyond = listing.jobs.filter((job) => isActive(job) && !ids.has(job.id)).slice(-OLDEST);
     const asked = await Promise.allSettled(beyond.map((job) => getJob(job.id)));
+    if (listing.batch !== batch) return;
     const moved = asked.flatMap((one) => one.value ?? []); // one that cannot be had stays as it was known
     const first = listing.jobs.length === 0;
     change({ jobs: merged([...items, ...moved]), away: false, ...(first && { next }) });
@@ -72,8 +78,10 @@ async function beat() {
 
 const onVisibility = () => document.hidden || beat();
 
-// Keeps the listing fresh, and calls onChange after each change, until the returned function is called.
-export function watch(onChange) {
+// Keeps the listing fresh, and calls onChange after each change, until the returned function is called. batch: whose
+// jobs are listed, null for all.
+export function watch(batch, onChange) {
+  if (listing.batch !== batch) Object.assign(listing, { batch, ...NOTHING });
   watching = true;
   tell = onChange;
   document.addEventListener("visibilitychange", onVisibility);

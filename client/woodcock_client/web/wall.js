@@ -1,4 +1,4 @@
-// Every render as a card, newest first.
+// Every render as a card, or those of a batch, newest first.
 
 import { useEffect, useLayoutEffect, useReducer, useRef } from "preact/hooks";
 import { isActive } from "./api.js";
@@ -12,13 +12,14 @@ const REFINE = 3000; // ms between two versions of a running card's preview
 
 let place = 0; // how far the wall was scrolled when it was left
 
-export function Wall() {
+export function Wall({ batch }) {
   const [, redraw] = useReducer((n) => n + 1, 0);
-  useEffect(() => watch(redraw), []);
+  useEffect(() => watch(batch, redraw), []);
   useEffect(() => {
-    document.title = "Renders · Woodcock";
+    document.title = `${batch ? "Batch" : "Renders"} · Woodcock`;
   }, []);
   useLayoutEffect(() => {
+    if (listing.batch !== batch) place = 0;
     scrollTo(0, place);
     const onScroll = () => (place = scrollY);
     addEventListener("scroll", onScroll, { passive: true });
@@ -26,14 +27,16 @@ export function Wall() {
   }, []);
 
   const { jobs, next, problem, away } = listing;
+  if (listing.batch !== batch) return html`<${Loading} />`; // what is known is of another wall
   if (!jobs && problem) return html`<${Failed} problem=${problem} />`;
   if (!jobs) return html`<${Loading} />`;
-  if (jobs.length === 0) return html`<${Offline} when=${away} /><${Empty} />`;
+  if (jobs.length === 0) return html`<${Offline} when=${away} /><${batch ? EmptyBatch : Empty} />`;
   const running = jobs.filter(isActive).length;
   return html`
     <${Offline} when=${away} />
     <div class="heading">
-      <h1>Renders</h1>
+      ${batch && html`<a class="up" href="/" data-route>Renders</a>`}
+      <h1>${batch ? "Batch" : "Renders"}</h1>
       ${running > 0 && html`<span class="fact">${count(running)} in progress</span>`}
     </div>
     <ul class="wall">
@@ -109,6 +112,12 @@ const Failed = ({ problem }) => html`
         ? "It may be starting, stopped, or out of reach of this computer. This page keeps trying."
         : problem.message}
     </p>
+  <//>
+`;
+
+const EmptyBatch = () => html`
+  <${Notice} title="There are no renders of this batch" action=${html`<a class="button" href="/" data-route>All renders</a>`}>
+    <p>The address may be mistyped, or they were deleted.</p>
   <//>
 `;
 

@@ -114,6 +114,17 @@ def test_a_batch_is_followed_in_plain_lines(capsys: pytest.CaptureFixture[str], 
     assert second[4:6] == ["failed", "64"]
 
 
+def test_a_terminal_gets_a_bar_for_all(
+    capsys: pytest.CaptureFixture[str], scene_json: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    states = (("running", "queued"), ("succeeded", "cancelled"))
+    sweeps.show(Batch.model_validate(batch(scene_json, *each)) for each in states)
+    said = capsys.readouterr().err
+    assert "━" in said
+    assert "2 of 2 done, 1 cancelled" in said
+
+
 def test_an_outage_is_sat_out(service: Service, scene_json: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "LOOK_EVERY", 0.02)
     service.batches["b1"] = batch(scene_json, "running", "queued")

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import event
+from sqlalchemy import event, select
 from starlette.testclient import TestClient
 
 from woodcock.scene import Scene
 from woodcock_server.batches import service as batches
+from woodcock_server.tables import job_files
 
 from .files import exr, npy
 from .sweeps import PATH, PRODUCT, Sweep, made, problem, services
@@ -179,10 +180,14 @@ def test_what_all_jobs_name_is_looked_up_once(client: TestClient, sweep: Sweep, 
     engine = services(client).engine
     event.listen(engine, "before_cursor_execute", note)
     try:
-        made(sweep(scene=scene, reference=named, product={"volumes[0].scale": list(range(1, 101))}))
+        batch = made(sweep(scene=scene, reference=named, product={"volumes[0].scale": list(range(1, 101))}))
     finally:
         event.remove(engine, "before_cursor_execute", note)
     assert len(statements) < 40
+    with engine.connect() as connection:
+        pairs = select(job_files.c.job_id, job_files.c.file).where(job_files.c.file.in_([file, named]))
+        found = {tuple(pair) for pair in connection.execute(pairs)}
+    assert found == {(job["id"], each) for job in batch["jobs"] for each in (file, named)}
 
 
 # Keys

@@ -67,8 +67,21 @@ def test_more_jobs_than_an_owner_may_have_wait_outside(
     assert http.post(f"/api/v1/jobs/{made[0]['id']}/retry", headers=ann).status_code == 429
     compared = {"scene": make_scene(), "vary": {"majorant": ["global", "grid"]}, "seconds": 1}
     assert http.post("/api/v1/comparisons", json=compared, headers=ann).status_code == 429
+    swept = {"scene": make_scene(samples=1), "product": {"seed": [1, 2]}}
+    assert http.post("/api/v1/batches", json=swept, headers=ann).status_code == 429
+    assert {job["state"] for job in http.get("/api/v1/jobs?owner=ann", headers=ann).json()["items"]} == {
+        "queued",
+        "cancelled",
+    }
+    assert len(http.post("/api/v1/batches", json=swept, headers=bob).json()["jobs"]) == 2
+    swept["product"] = {"seed": [1, 2, 3, 4]}
+    never = http.post("/api/v1/batches", json=swept, headers=ann)
+    assert (never.status_code, never.json()["detail"]) == (
+        422,
+        "4 jobs are more than one owner may have here at a time, 3.",
+    )
     owned = http.get("/api/v1/jobs?owner=bob", headers=ann).json()["items"]
-    assert [job["owner"] for job in owned] == ["bob"]
+    assert [job["owner"] for job in owned] == ["bob"] * 3
 
 
 def test_samples_of_pixels_are_counted_and_what_never_fits_is_refused_for_good(

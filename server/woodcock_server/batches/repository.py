@@ -9,7 +9,7 @@ from datetime import datetime
 from sqlalchemy import Connection, delete, exists, func, insert, select
 
 from woodcock_server.identifiers import new_id
-from woodcock_server.jobs.repository import Row, add_all
+from woodcock_server.jobs.repository import Row, add_all, remove_empty
 from woodcock_server.jobs.states import UNENDED, State
 from woodcock_server.paging import fetch_page
 from woodcock_server.tables import batches, jobs
@@ -71,6 +71,4 @@ def remove(connection: Connection, batch_id: str) -> list[str] | None:
     unfinished = exists().where(other.c.batch == batch_id, other.c.state.in_(UNENDED))
     gone = delete(jobs).where(jobs.c.batch == batch_id, ~unfinished).returning(jobs.c.id)
     removed = list(connection.execute(gone).scalars())
-    empty = ~exists().where(jobs.c.batch == batch_id)
-    done = connection.execute(delete(batches).where(batches.c.id == batch_id, empty)).rowcount == 1
-    return removed if done else None
+    return removed if remove_empty(connection, batch_id) else None

@@ -28,6 +28,8 @@ class Limits:
     def check(self, connection: Connection, owner: str, scenes: Sequence[Mapping[str, Any]]) -> None:
         """May the owner have jobs that render these scenes (JSON), too? Raises TooMuch, and InvalidRequest for what no
         waiting would help."""
+        if len(scenes) > self.jobs:
+            raise InvalidRequest(f"{len(scenes)} jobs are more than one owner may have here at a time, {self.jobs}.")
         asked = sum(map(repository.paths, scenes))
         if self.paths is not None and asked > self.paths:
             fault = Fault(field="scene.stop", message=f"asks for {asked} samples of pixels; {self.paths} at most")

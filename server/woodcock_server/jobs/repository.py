@@ -31,7 +31,7 @@ from woodcock.scene import UPLOADED
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.states import FINAL, State
 from woodcock_server.paging import fetch_page
-from woodcock_server.tables import UtcDateTime, comparisons, job_events, job_files, job_tags, jobs
+from woodcock_server.tables import UtcDateTime, batches, comparisons, job_events, job_files, job_tags, jobs
 from woodcock_server.webhooks import repository as webhooks
 
 #: A job: its columns, its tags and what may be seen of its webhook.
@@ -155,9 +155,18 @@ def _cancel(connection: Connection, meant: ColumnElement[bool], now: datetime) -
 
 
 def remove(connection: Connection, job_id: str, unless_pinned: bool = False) -> bool:
-    """Forget a job that has ended; False for one that has not."""
+    """Forget a job that has ended, and a batch with the last of its jobs; False for one that has not."""
     goes = [jobs.c.id == job_id, jobs.c.state.in_(FINAL), *([~jobs.c.pinned] if unless_pinned else [])]
-    return connection.execute(delete(jobs).where(*goes)).rowcount == 1
+    gone = connection.execute(delete(jobs).where(*goes).returning(jobs.c.batch)).first()
+    if gone is not None and gone.batch is not None:
+        remove_empty(connection, gone.batch)
+    return gone is not None
+
+
+def remove_empty(connection: Connection, batch_id: str) -> bool:
+    """Forget a batch that has no jobs; False for one that has some."""
+    empty = ~exists().where(jobs.c.batch == batch_id)
+    return connection.execute(delete(batches).where(batches.c.id == batch_id, empty)).rowcount == 1
 
 
 def unmeasured(connection: Connection, limit: int) -> list[str]:

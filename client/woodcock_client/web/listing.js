@@ -1,4 +1,5 @@
-// The wall's jobs, all or those of a batch, newest first: pages as they are scrolled to, and what is new or moving, asked for again and again.
+// The wall's jobs, all or those of a batch, newest first: pages as they are scrolled to, and what is new or moving, asked
+// for again and again.
 //
 // One listing lives as long as the tab, so that coming back from a render finds the wall as it was left. It polls
 // (two requests a beat at most for any number of running jobs) because browsers allow six connections to one address

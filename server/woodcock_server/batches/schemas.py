@@ -96,16 +96,13 @@ def batch(row: Mapping[str, Any], rows: Iterable[tuple[Mapping[str, Any], str | 
     """rows: of its jobs, each with why it waits."""
     shown = [_job(*each) for each in rows]
     states = [each.state for each in shown]
+    swept = sweep.axes(row["product"], row["zip"])
     return Batch(
         **_summary(row, {state: states.count(state) for state in State}),
         scene=row["scene"],
-        axes=[Axis(paths=list(axis.paths), rows=[list(each) for each in axis.rows]) for axis in _axes(row)],
+        axes=[Axis(paths=list(axis.paths), rows=[list(each) for each in axis.rows]) for axis in swept],
         jobs=shown,
     )
-
-
-def _axes(row: Mapping[str, Any]) -> list[sweep.Axis]:
-    return sweep.axes(row["product"], row["zip"])
 
 
 def _summary(row: Mapping[str, Any], counts: Mapping[State, int]) -> dict[str, Any]:

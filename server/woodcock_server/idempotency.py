@@ -37,30 +37,44 @@ Key = Annotated[
 ]
 
 
-def once(engine: Engine, key: str | None, request: BaseModel, answer: type[Answer], do: Callable[[], Answer]) -> Answer:
+def once(
+    engine: Engine, key: str | None, owner: str, request: BaseModel, answer: type[Answer], do: Callable[[], Answer]
+) -> Answer:
     """What `do` answers, which keeps it under the key; or the first answer, if the request came under that before.
 
     Raises InvalidRequest for a key that another request came under.
     """
-    first = _answered(engine, key, request)
+    first = _answered(engine, _own(key, owner), request)
     if first is None:
         try:
             return do()
         except IntegrityError:
             # The same request came in at the same time, and was faster; or what this one needs has just gone, and is
             # missed at the second look.
-            first = _answered(engine, key, request)
+            first = _answered(engine, _own(key, owner), request)
     return do() if first is None else answer.model_validate(first)
 
 
-def keep(connection: Connection, key: str | None, request: BaseModel, answer: BaseModel, now: datetime) -> None:
+def keep(
+    connection: Connection, key: str | None, owner: str, request: BaseModel, answer: BaseModel, now: datetime
+) -> None:
     """Where there is a key. Raises sqlalchemy.exc.IntegrityError where the same request came in at the same time and
     was faster."""
     if key is None:
         return
     connection.execute(delete(answers).where(answers.c.created_at < now - KEPT))
-    values = {"key": key, "digest": _digest(request), "answer": answer.model_dump(mode="json"), "created_at": now}
+    values = {
+        "key": _own(key, owner),
+        "digest": _digest(request),
+        "answer": answer.model_dump(mode="json"),
+        "created_at": now,
+    }
     connection.execute(insert(answers).values(**values))
+
+
+def _own(key: str | None, owner: str) -> str | None:
+    """Owners choose keys without knowing of each other; who has no name has them as they are."""
+    return hashlib.sha256(f"{owner}\0{key}".encode()).hexdigest() if key and owner else key
 
 
 def _answered(engine: Engine, key: str | None, request: BaseModel) -> dict[str, Any] | None:

@@ -23,8 +23,8 @@ SINS = (
     Sin(
         "a job that goes on begins its contract anew",
         server("rendering.py"),
-        "in_thread(Rounds, self._scene, self._devices, self._film)",
-        "in_thread(Rounds, self._scene, self._devices, None)",
+        "in_thread(Rounds, self._scene, self.devices, self._film)",
+        "in_thread(Rounds, self._scene, self.devices, None)",
         (CRASH,),
     ),
     Sin(
@@ -72,7 +72,7 @@ SINS = (
     Sin(
         "a reference may have any size",
         server("jobs/reference.py"),
-        "if size != (film.width, film.height):",
+        "if size != (width, height):",
         "if size == (0, 0):",
         (f"{REFERENCES}::test_another_size_is_told",),
     ),

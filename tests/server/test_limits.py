@@ -84,6 +84,17 @@ def test_more_jobs_than_an_owner_may_have_wait_outside(
     assert [job["owner"] for job in owned] == ["bob"] * 3
 
 
+def test_owners_choose_keys_without_knowing_of_each_other(
+    http: TestClient, make_scene: Make, bearer: Callable[[str], dict[str, str]]
+) -> None:
+    ann, bob = ({**bearer(owner), "Idempotency-Key": "1"} for owner in ("ann", "bob"))
+    made = [http.post("/api/v1/jobs", json={"scene": make_scene()}, headers=who).json() for who in (ann, bob, ann)]
+    assert [job["owner"] for job in made] == ["ann", "bob", "ann"]
+    assert made[0] == made[2]
+    other = http.post("/api/v1/jobs", json={"scene": make_scene(), "name": "b"}, headers=bob)
+    assert other.status_code == 422
+
+
 def test_samples_of_pixels_are_counted_and_what_never_fits_is_refused_for_good(
     http: TestClient, make_scene: Make
 ) -> None:

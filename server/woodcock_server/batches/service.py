@@ -30,7 +30,7 @@ LONGEST = 200
 def create(services: Services, request: BatchCreate, owner: str, key: str | None) -> Batch:
     """Commit a batch and its jobs, all or none. key: under which the request may come twice. Raises InvalidRequest,
     TooMuch."""
-    return once(services.engine, key, request, Batch, partial(_create, services, request, owner, key))
+    return once(services.engine, key, owner, request, Batch, partial(_create, services, request, owner, key))
 
 
 def _create(services: Services, request: BatchCreate, owner: str, key: str | None) -> Batch:
@@ -41,7 +41,7 @@ def _create(services: Services, request: BatchCreate, owner: str, key: str | Non
     with services.engine.begin() as connection:
         batch_id = repository.add(connection, asked, made, now)
         answer = shown(connection, services, existing(connection, batch_id))
-        keep(connection, key, request, answer, now)
+        keep(connection, key, owner, request, answer, now)
     return answer
 
 

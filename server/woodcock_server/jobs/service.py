@@ -31,7 +31,7 @@ LOOK_EVERY = 30.0
 
 def create(services: Services, request: JobCreate, owner: str, key: str | None = None) -> Job:
     """Commit a new job to the queue. key: under which the request may come twice. Raises InvalidRequest, TooMuch."""
-    return idempotency.once(services.engine, key, request, Job, partial(_create, services, request, owner, key))
+    return idempotency.once(services.engine, key, owner, request, Job, partial(_create, services, request, owner, key))
 
 
 def _create(services: Services, request: JobCreate, owner: str, key: str | None) -> Job:
@@ -41,7 +41,7 @@ def _create(services: Services, request: JobCreate, owner: str, key: str | None)
     with services.engine.begin() as connection:
         job_id = repository.add(connection, asked, now)
         made = described(connection, services.dispatcher, existing(connection, job_id))
-        idempotency.keep(connection, key, request, made, now)
+        idempotency.keep(connection, key, owner, request, made, now)
     return made
 
 

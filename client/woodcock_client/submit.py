@@ -61,7 +61,7 @@ def submit(
     device: Annotated[
         str,
         typer.Option(
-            metavar="ID", help="Render on this device alone, even if it failed its stability check; any: all trusted."
+            metavar="ID", help="Render on this device alone, trusted or not; or on a kind (cpu, gpu), or any."
         ),
     ] = "any",
     reference: Annotated[

@@ -68,11 +68,11 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         found = await to_thread.run_sync(discover)
-        ready = [device.id for device in found if device.ready]
-        async with cluster.embedded(ready, storage.scratch, settings.worker_memory) as client:
+        able = [device for device in found if device.ready]
+        async with cluster.embedded([device.id for device in able], storage.scratch, settings.worker_memory) as client:
             checks = Checks(engine, client, found)
-            dispatcher = Dispatcher(engine, storage, changes, client, ready, checks, settings, metrics)
-            preparing = preparation.running(client, [one.device for one in found if one.ready and settings.prepare])
+            dispatcher = Dispatcher(engine, storage, changes, client, able, checks, settings, metrics)
+            preparing = preparation.running(client, [one.device for one in able if settings.prepare])
             sweeping, watched = sweeper.running(engine, storage, rule), watching.running(engine, changes)
             deliveries = Deliveries(engine, settings.webhook_networks)
             async with checks.running(), dispatcher.running(), deliveries.running(), preparing, sweeping, watched:

@@ -30,7 +30,7 @@ def backup(
     Renders that had not ended begin anew there.
     """
     try:
-        copy(settings_of(data), target)
+        copy(settings_of(data=data), target)
     except BackupError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(2) from None

@@ -88,6 +88,9 @@ async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> Asy
         **{f"distributed.worker.memory.{step}": False for step in ("target", "spill", "pause")},
         "distributed.worker.memory.terminate": 1.0,
         "distributed.deploy.lost-worker-timeout": START_SECONDS,
+        # Workers would look at their own stacks a hundred times a second and at their clocks fifty times.
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "1s",
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
     }

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import typer
 import uvicorn
-from pydantic import ValidationError
 
 from woodcock_server import logs
 from woodcock_server.access.guard import Exposed
@@ -19,7 +18,7 @@ from woodcock_server.app import create_app
 from woodcock_server.check_config import Fault
 from woodcock_server.check_config import check as check_config_of
 from woodcock_server.config import Settings
-from woodcock_server.usable import usable
+from woodcock_server.usable import settings_of, usable
 
 #: Who takes nothing of what is sent to it for so long is gone, seconds.
 SILENT_SECONDS = 60
@@ -63,15 +62,7 @@ def serve(
 
     Everything else is set by environment variables: WOODCOCK_DATABASE_URL, WOODCOCK_UPLOAD_LIMIT and so on.
     """
-    given: dict[str, Any] = {"host": host, "port": port, "data": data, "insecure": insecure or None}
-    try:
-        settings = Settings(**{name: value for name, value in given.items() if value is not None})
-    except ValidationError as error:
-        for one in error.errors():
-            name = str(one["loc"][0])
-            option = f" (or --{name})" if name in given else ""
-            typer.echo(f"WOODCOCK_{name.upper()}{option}: {one['msg']}", err=True)
-        raise typer.Exit(2) from None
+    settings = settings_of(host=host, port=port, data=data, insecure=insecure or None)
     try:
         listening = _listen(settings.host, settings.port)
     except OSError as error:

@@ -22,10 +22,11 @@ from woodcock.scene import SceneError
 from woodcock_server.claim import Claim, LeaseLost
 from woodcock_server.config import Settings
 from woodcock_server.devices.checks import Checks
+from woodcock_server.devices.choice import ANY, leaves_a_choice, meant
+from woodcock_server.devices.service import Found
 from woodcock_server.errands import DeviceLostError, RenderError
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.metrics import Metrics
 from woodcock_server.rendering import Rendering
 from woodcock_server.storage import Storage
@@ -46,13 +47,13 @@ class Dispatcher:
         storage: Storage,
         changes: Changes,
         client: Client,
-        devices: Sequence[str],
+        devices: Sequence[Found],
         checks: Checks,
         settings: Settings,
         metrics: Metrics,
     ) -> None:
         self._engine, self._storage, self._changes = engine, storage, changes
-        self._client, self._devices, self._checks = client, devices, checks
+        self._client, self._devices, self._checks = client, {device.id: device for device in devices}, checks
         self._lease, self._settings, self._metrics = timedelta(seconds=settings.lease_seconds), settings, metrics
         self._holder = f"{socket.gethostname()}:{os.getpid()}"
         self._work, self._look = asyncio.Event(), asyncio.Event()
@@ -106,8 +107,10 @@ class Dispatcher:
         """Why a job that asks for this device, or for any, would not be rendered even if it were the only one."""
         if fault := self._stopped if asked != ANY else self.fault(connection):
             return fault
-        able = {asked} if asked != ANY else set(self._devices) - self._checks.distrusted(connection)
-        if not able.issubset(self._devices):
+        able = {device.id for device in meant(asked, self._devices.values())}
+        if leaves_a_choice(asked):
+            able -= self._checks.distrusted(connection)
+        if not able:
             return f"It asks for {asked}, which is not ready on this server; /api/v1/devices says why."
         if able.issubset(self._checks.under_way):
             return f"It waits for the stability check of {' and '.join(sorted(able))}."
@@ -160,20 +163,23 @@ class Dispatcher:
             self._checks.occupy(())
 
     def _claim(self, free: Sequence[str]) -> tuple[repository.Row, list[str]] | None:
-        """A job and the devices that render it: all that are trusted, or the one that it asks for, trusted or not."""
+        """A job and the devices that render it: all that are trusted, those of a kind, or the one that it asks for,
+        trusted or not."""
         now = datetime.now(UTC)
         self._cancel_abandoned(now)
         with self._engine.connect() as connection:
             distrusted = self._checks.distrusted(connection)
             trusted = [device for device in free if device not in distrusted]
-            job_id = repository.next_claimable(connection, now, {*free, *([ANY] if trusted else [])})
+            asks = {ask for device in trusted for ask in (ANY, self._devices[device].device.kind)}
+            job_id = repository.next_claimable(connection, now, {*free, *asks})
         if job_id is None:
             return None
         with self._engine.begin() as connection:
             row = repository.claim(connection, job_id, self._holder, now, self._lease)
         if row is None:
             return None
-        return row, trusted if row["device"] == ANY else [row["device"]]
+        able = trusted if leaves_a_choice(row["device"]) else free
+        return row, [device.id for device in meant(row["device"], (self._devices[each] for each in able))]
 
     def _cancel_abandoned(self, now: datetime) -> None:
         with self._engine.connect() as connection:

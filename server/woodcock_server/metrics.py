@@ -44,6 +44,11 @@ class Metrics:
         self.render_seconds = Counter(
             "woodcock_render_seconds", "Time in which a device rendered.", ["device"], registry=registry
         )
+        self.speed = Gauge(
+            "woodcock_device_samples_per_second", "Samples of single pixels by the second, of the latest range.",
+            ["device"], registry=registry,
+        )  # fmt: skip
+        self.speeds: dict[str, float] = {}  # the same
         self.utilisation = Gauge(
             "woodcock_device_utilisation_ratio", "Share of the latest job's rendering time in which a device rendered.",
             ["device"], registry=registry,
@@ -93,6 +98,9 @@ class Metrics:
         """A device rendered so many samples of single pixels."""
         self.samples.labels(device).inc(samples)
         self.render_seconds.labels(device).inc(seconds)
+        if seconds > 0:
+            self.speeds[device] = samples / seconds
+            self.speed.labels(device).set(self.speeds[device])
 
     def prepared(self, found: str, seconds: Mapping[str, float]) -> None:
         """A device is ready for a job. found: of woodcock.start.Start; seconds: of read, build and upload."""

@@ -55,7 +55,7 @@ jobs = Table(
     Column("owner", String(200), nullable=False, server_default=""),  # of the token that asked for it
     Column("name", String(200), nullable=False),
     Column("scene", JSON, nullable=False),
-    Column("device", String(64), nullable=False),  # what it asks for: an id, or jobs.schemas.ANY
+    Column("device", String(64), nullable=False),  # what it asks for: an id, a kind, or any
     Column("reference", String(71)),  # what its picture is held against: a job's id, or that of an uploaded picture
     Column("comparison", String(36)),  # whose variant it renders
     Column("batch", String(36), ForeignKey("batches.id")),  # that it is one of

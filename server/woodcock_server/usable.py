@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from pydantic import ValidationError
 from sqlalchemy import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -19,8 +20,16 @@ Data = Annotated[
 ]
 
 
-def settings_of(data: Path | None) -> Settings:
-    return Settings(data=data) if data else Settings()
+def settings_of(**given: Any) -> Settings:
+    """Of options; those that are None are left to the environment. Ends the command with a sentence for each fault."""
+    try:
+        return Settings(**{name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        for one in error.errors():
+            name = str(one["loc"][0])
+            option = f" (or --{name})" if name in given else ""
+            typer.echo(f"WOODCOCK_{name.upper()}{option}: {one['msg']}", err=True)
+        raise typer.Exit(2) from None
 
 
 @contextmanager

@@ -212,7 +212,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._problem(422, "the scene is not valid", faults)
                 return
             if given["device"] not in ("any", *self.service.devices):
-                fault = {"field": "device", "message": "must be any or the id of a device"}
+                fault = {"field": "device", "message": "must be any, or the kind or id of a device"}
                 self._problem(422, "The job cannot have the device that it asks for.", [fault])
                 return
             if given["reference"] not in (None, *self.service.jobs, *self.service.volumes):

@@ -47,7 +47,7 @@ def test_submit_asks_for_a_device(service: Service, scene_file: Path) -> None:
     assert service.jobs["job0000"]["device"] == "cpu0"
     done = woodcock("submit", scene_file, "--device", "gpu0", "--server", service.url)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.endswith("device: must be any or the id of a device\n")
+    assert done.stderr.endswith("device: must be any, or the kind or id of a device\n")
 
 
 def test_submit_names_a_reference(service: Service, scene_file: Path, tmp_path: Path) -> None:

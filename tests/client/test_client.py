@@ -136,7 +136,7 @@ def test_a_job_asks_for_a_device(service: Service, talk: Client, scene: Scene) -
     assert (job.device, job.waiting) == ("cpu0", None)
     service.update(job.id, waiting="It waits for the stability check of cpu0.")
     assert talk.job(job.id).waiting == "It waits for the stability check of cpu0."
-    with pytest.raises(ServiceError, match=r"\ndevice: must be any or the id of a device$"):
+    with pytest.raises(ServiceError, match=r"\ndevice: must be any, or the kind or id of a device$"):
         talk.submit(scene, device="gpu0")
 
 

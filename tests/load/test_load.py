@@ -23,8 +23,8 @@ from tests.server.conftest import Service
 
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.storage import Storage
 from woodcock_server.tables import jobs
 

@@ -16,6 +16,7 @@ from typing import Any
 import httpx2
 import psycopg
 import pytest
+import structlog
 from psycopg import sql
 from sqlalchemy import Engine
 from starlette.testclient import TestClient
@@ -25,6 +26,9 @@ from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 
 from .sweeps import PATH, PRODUCT, Sweep
+
+# What is told of an exception by default shows every variable in a frame, which takes half a minute.
+structlog.configure(processors=[structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback)])
 
 #: By which a service is asked that no one listens for.
 ADDRESS = "http://127.0.0.1:8000"

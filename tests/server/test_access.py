@@ -58,6 +58,14 @@ def token(tmp_path: Path, http: TestClient) -> Callable[..., str]:
     return make
 
 
+def test_a_bad_setting_is_a_sentence_to_every_command(tmp_path: Path) -> None:
+    for command in (["list"], ["create", "a"]):
+        done = CliRunner().invoke(program, [*command, "--data", str(tmp_path)], env={"WOODCOCK_PORT": "many"})
+        assert done.exit_code == 2
+        assert done.stderr.startswith("WOODCOCK_PORT: Input should be a valid integer")
+        assert done.stderr.count("\n") == 1
+
+
 def bearer(token: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"}
 

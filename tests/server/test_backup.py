@@ -24,6 +24,7 @@ def ended(job: dict[str, Any]) -> bool:
     return bool(job["finished_at"])
 
 
+@pytest.mark.slow
 def test_another_service_goes_on_from_a_backup(own_service: Service, tmp_path: Path, make_scene: MakeScene) -> None:
     own_service.start()
     done = own_service.submit(make_scene(), name="done")

@@ -154,6 +154,7 @@ def test_what_is_extended_leaves_a_sweep_of_the_contract(service: Service, make_
     assert service.job(extended["id"])["state"] == "succeeded"
 
 
+@pytest.mark.slow
 def test_the_command_shows_what_became_of_each(service: Service, make_scene: MakeScene, tmp_path: Path) -> None:
     """Files among the values are uploaded; of what fails it says why, and how many."""
     scene, address = make_scene(), str(service.http.base_url).rstrip("/")

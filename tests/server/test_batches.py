@@ -132,7 +132,7 @@ def test_names_are_no_longer_than_names_may_be(client: TestClient, sweep: Sweep)
             {"zip": {"volumes[0]": [{"kind": "grid", "file": "a.vdb", "albedo": 0.5}]}, "product": {"seed": [1, 2]}},
             {'zip["volumes[0]"][0].file': "must be the id (sha256:…) of a volume that was uploaded to /api/v1/volumes"},
         ),
-        ({"device": "cpu7"}, {"device": "must be any or the id of a device of this server: there is none"}),
+        ({"device": "cpu7"}, {"device": "must be any, or the kind or id of a device of this server: there is none"}),
         (
             {"reference": "nobody"},
             {

@@ -80,7 +80,7 @@ def test_a_comparison_is_a_job_for_each_variant(client: TestClient, make_scene: 
         ),
         ({"vary": {}}, "vary", ""),
         ({"seconds": 0}, "seconds", ""),
-        ({"device": "cpu7"}, "device", "must be any or the id of a device of this server"),
+        ({"device": "cpu7"}, "device", "must be any, or the kind or id of a device of this server"),
         ({"reference": "nobody"}, "reference", "must be the id of a job that has succeeded"),
         ({"scene": {}}, "scene.camera", ""),
     ],

@@ -17,8 +17,8 @@ from sqlalchemy import Engine, MetaData, create_engine, inspect, text
 from sqlalchemy.exc import ArgumentError
 
 from woodcock_server.database import alembic_config, open_database
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs import repository as jobs
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.tables import metadata
 from woodcock_server.volumes import repository
 

@@ -21,8 +21,8 @@ import pytest
 from sqlalchemy import Engine, text
 
 from woodcock_server.database import open_database
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs import repository as jobs
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.webhooks import deliveries, repository, signature
 from woodcock_server.webhooks.deliveries import Deliveries
 

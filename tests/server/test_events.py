@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 import pytest
 from sqlalchemy import Engine
 
+from woodcock_server.devices.choice import ANY
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository, watching
-from woodcock_server.jobs.schemas import ANY
 
 from .conftest import SCENE
 

@@ -16,8 +16,8 @@ from woodcock_server.access import tokens
 from woodcock_server.access.tokens import Scope
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.tables import jobs
 
 from .conftest import ADDRESS, SCENE

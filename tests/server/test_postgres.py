@@ -55,6 +55,7 @@ def test_two_servers_share_a_queue_and_take_no_job_twice(pair: tuple[Service, Se
     assert told == [("queued", 20), ("running", 20), ("succeeded", 20)]
 
 
+@pytest.mark.slow
 def test_what_a_killed_server_rendered_another_goes_on_with(
     pair: tuple[Service, Service, str], make_scene: Make
 ) -> None:

@@ -6,9 +6,9 @@ from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import Engine
 
+from woodcock_server.devices.choice import ANY
 from woodcock_server.identifiers import PATTERN, new_id
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.jobs.states import State
 
 from .conftest import SCENE

@@ -15,8 +15,8 @@ from starlette.testclient import TestClient
 from woodcock_server import app as application
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.retention.due import Rule, due
 from woodcock_server.retention.sweeper import sweep
 from woodcock_server.storage import Storage

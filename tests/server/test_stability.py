@@ -112,7 +112,7 @@ def test_a_device_that_there_is_not_is_not_checked(client: TestClient) -> None:
 def test_a_job_cannot_ask_for_a_device_that_there_is_not(client: TestClient, make_scene: Make) -> None:
     answer = client.post("/api/v1/jobs", json={"scene": make_scene(), "device": "cpu0"})
     assert answer.status_code == 422
-    message = "must be any or the id of a device of this server: there is none"
+    message = "must be any, or the kind or id of a device of this server: there is none"
     assert answer.json()["errors"] == [{"field": "device", "message": message}]
 
 
@@ -129,11 +129,26 @@ def test_a_device_that_cannot_be_used_is_neither_checked_nor_asked_for(
         assert answer.json()["detail"] == "gpu0 cannot be used: gpu0 is on fire"
         for asked, says in (
             ("gpu0", "gpu0 cannot be used: gpu0 is on fire"),
-            ("cpu3", "must be any or the id of a device of this server: gpu0, gpu1"),
+            ("cpu3", "must be any, or the kind or id of a device of this server: cpu, gpu0, gpu1"),
         ):
             answer = client.post("/api/v1/jobs", json={"scene": make_scene(), "device": asked})
             assert answer.status_code == 422
             assert answer.json()["errors"] == [{"field": "device", "message": says}]
+
+
+# Kinds
+
+
+def test_a_job_may_ask_for_a_kind(service: Service, make_scene: Make) -> None:
+    job = service.wait(
+        service.submit(make_scene(size=64, stop={"kind": "seconds", "seconds": 1}), "cpu"), succeeded, 120
+    )
+    assert (job["device"], set(job["devices"])) == ("cpu", {"cpu0", "cpu1"})
+    for device in service.http.get("/api/v1/devices").json()["items"]:
+        assert device["speed"] > 1000
+    answer = service.http.post("/api/v1/jobs", json={"scene": make_scene(), "device": "gpu"})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["message"].endswith("a device of this server: cpu, cpu0, cpu1")
 
 
 # A service whose sweeps say what a test tells them to

@@ -21,8 +21,8 @@ from starlette.testclient import TestClient
 
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs import repository
-from woodcock_server.jobs.schemas import ANY
 from woodcock_server.jobs.states import State
 
 from .conftest import SCENE, Service

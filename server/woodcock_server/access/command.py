@@ -25,7 +25,7 @@ app = typer.Typer(
 
 @contextmanager
 def _database(data: Path | None) -> Iterator[Connection]:
-    settings = settings_of(data)
+    settings = settings_of(data=data)
     with usable(settings):
         settings.data.mkdir(parents=True, exist_ok=True)
         engine = open_database(settings.database)

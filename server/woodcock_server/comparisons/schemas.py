@@ -8,7 +8,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from woodcock.scene import Scene
-from woodcock_server.jobs.schemas import ANY, Name
+from woodcock_server.devices.choice import ANY
+from woodcock_server.jobs.schemas import Name
 from woodcock_server.jobs.states import State
 
 PREFIX = "/api/v1/comparisons"

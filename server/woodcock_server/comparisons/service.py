@@ -24,9 +24,10 @@ from woodcock.picture import read_picture, read_variance
 from woodcock.scene import Scene, SecondsStop
 from woodcock_server.comparisons import repository
 from woodcock_server.comparisons.schemas import MOST_VARIANTS, ComparisonCreate
+from woodcock_server.devices.choice import leaves_a_choice, meant
 from woodcock_server.jobs import reference
 from woodcock_server.jobs.requests import RequestCheck
-from woodcock_server.jobs.schemas import ANY, JobCreate
+from woodcock_server.jobs.schemas import JobCreate
 from woodcock_server.jobs.service import admit
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Fault, InvalidRequest
@@ -68,11 +69,12 @@ def _invalid(message: str) -> InvalidRequest:
 
 def _device(services: Services, asked: str) -> str:
     """One for all: of several that rendered a job together nobody could tell what each took."""
-    if asked != ANY:
+    if not leaves_a_choice(asked):
         return asked
     with services.engine.connect() as connection:
         distrusted = services.checks.distrusted(connection)
-    return next((one.id for one in services.devices if one.ready and one.id not in distrusted), ANY)
+    able = (one.id for one in meant(asked, services.devices) if one.ready and one.id not in distrusted)
+    return next(able, asked)
 
 
 def state(jobs: Sequence[RowMapping]) -> State:

@@ -91,6 +91,7 @@ def _shown(found: Found, outcome: RowMapping | None, services: Services) -> Devi
         compute_units=device.compute_units,
         memory=device.memory,
         lanes=found.probe.lanes,
+        speed=services.metrics.speeds.get(found.id),
         state="failed" if not found.ready else "ready" if passed else "distrusted",
         fault=found.probe.fault,
         stability="running" if running else "not checked" if outcome is None else "passed" if passed else "failed",

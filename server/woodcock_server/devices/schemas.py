@@ -18,7 +18,8 @@ class DeviceLinks(BaseModel):
 
 
 class Device(BaseModel):
-    """An OpenCL device of this server; memory in bytes, lanes = the widths that work.
+    """An OpenCL device of this server; memory in bytes, lanes = the widths that work; speed: samples of single pixels a
+    second, of the latest range that it rendered.
 
     state: `ready`; `distrusted`: its newest stability check failed, so that it renders only jobs that ask for it by its
     id; `failed`: it cannot be used, and fault says why. checked_at, failures: of the newest check that ended, the first
@@ -33,6 +34,7 @@ class Device(BaseModel):
     compute_units: int
     memory: int
     lanes: tuple[int, ...]
+    speed: float | None
     state: Literal["ready", "distrusted", "failed"]
     fault: str | None
     stability: Literal["not checked", "running", "passed", "failed"]

@@ -21,10 +21,11 @@ from woodcock.predict import Memory
 from woodcock.scene import SceneError, Stop, with_files
 from woodcock_server import worker
 from woodcock_server.cluster import ask
+from woodcock_server.devices.choice import leaves_a_choice, meant
 from woodcock_server.devices.service import Found
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.requests import RequestCheck
-from woodcock_server.jobs.schemas import ANY, JobCreate
+from woodcock_server.jobs.schemas import JobCreate
 from woodcock_server.services import Services
 from woodcock_server.threads import in_thread
 from woodcock_server.worker import Survey
@@ -99,8 +100,8 @@ async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
     await in_thread(RequestCheck(services).check, request)
     text = with_files(request.scene, lambda file: str(services.storage.volume_file(file))).model_dump_json()
-    asked = [device for device in services.devices if request.device in (ANY, device.id)]
-    distrusted = await in_thread(_distrusted, services) if request.device == ANY else set()
+    asked = meant(request.device, services.devices)
+    distrusted = await in_thread(_distrusted, services) if leaves_a_choice(request.device) else set()
     run = _DryRun(services, text)
     able = [device for device in asked if device.ready and device.id not in distrusted]
     surveys = dict(zip([each.id for each in able], await asyncio.gather(*map(run.survey, able)), strict=True))

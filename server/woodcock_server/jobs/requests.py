@@ -8,8 +8,9 @@ from sqlalchemy import RowMapping
 
 from woodcock.denoise import DenoiseError, require
 from woodcock.scene import Scene
+from woodcock_server.devices.choice import ANY, meant
 from woodcock_server.jobs import reference
-from woodcock_server.jobs.schemas import ANY, JobCreate
+from woodcock_server.jobs.schemas import JobCreate
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
 from woodcock_server.volumes import repository as volumes
@@ -34,15 +35,15 @@ class RequestCheck:
 
     def check_device(self, asked: str) -> None:
         """Raises InvalidRequest for a device that there is not, or that cannot be used."""
-        known = {device.id: device for device in self._services.devices}
-        if asked == ANY:
+        devices = self._services.devices
+        found = meant(asked, devices)
+        if asked == ANY or any(device.ready for device in found):
             return
-        if asked not in known:
-            message = f"must be {ANY} or the id of a device of this server: {', '.join(known) or 'there is none'}"
-        elif not known[asked].ready:
-            message = f"{asked} cannot be used: {known[asked].probe.fault}"
+        if found:
+            message = f"{asked} cannot be used: {found[0].probe.fault}"
         else:
-            return
+            known = ", ".join(sorted({name for device in devices for name in (device.device.kind, device.id)}))
+            message = f"must be {ANY}, or the kind or id of a device of this server: {known or 'there is none'}"
         raise InvalidRequest("The job cannot have the device that it asks for.", Fault(field="device", message=message))
 
     def _check_reference(self, asked: str, scene: Scene) -> None:

@@ -9,14 +9,12 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue
 
 from woodcock.scene import Scene, Stop
+from woodcock_server.devices.choice import ANY
 from woodcock_server.jobs.states import State
 from woodcock_server.names import ONE_LINE
 from woodcock_server.webhooks.schemas import Delivery, Webhook
 
 PREFIX = "/api/v1/jobs"
-
-#: What a job asks for that leaves its device to the service; no device's id.
-ANY = "any"
 
 
 Name = Annotated[str, Field(max_length=200), ONE_LINE]
@@ -35,7 +33,8 @@ class JobCreate(BaseModel):
 
     tags: words to find it by; priority: jobs of a higher one are rendered first; of the same, those of whoever had
     least lately, in turn. pinned: it is not deleted for its age or for want of room.
-    device: `any` for all that are trusted, or the id of the one that is to render it alone, trusted or not.
+    device: `any` for all that are trusted, a kind (`cpu`, `gpu`, `accelerator`) for those of that kind, or the id of
+    the one that is to render it alone, trusted or not.
     reference: what the picture is held against as it is rendered, of the same size: the id of a job that has succeeded,
     or that of an uploaded picture (sha256:…). webhook: who is to be told of the end.
     """

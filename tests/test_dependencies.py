@@ -30,6 +30,7 @@ PARTS = {
     "starlette": "fastapi",
     "anyio": "starlette",
     "dask": "distributed",
+    "tornado": "distributed",
     "markupsafe": "jinja2",
     "httpcore2": "httpx2",
 }

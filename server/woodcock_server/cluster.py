@@ -15,6 +15,7 @@ from distributed import Client, Nanny, Scheduler, SpecCluster
 from distributed.client import FutureCancelledError
 
 from woodcock_server import certificate, worker
+from woodcock_server.steady import keep_time
 
 log = structlog.get_logger()
 
@@ -65,6 +66,7 @@ async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> Asy
 
     memory: bytes; a worker that takes more is killed.
     """
+    keep_time()
     # Each part also opens an HTTP server, wanted or not: on the loopback, on any port, with nothing to serve.
     http = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     # Whoever can speak to a scheduler or a worker runs code in it. Only who has this start's certificate can, which

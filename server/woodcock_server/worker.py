@@ -30,6 +30,7 @@ from woodcock.render import Renderer, program_of, read_file
 from woodcock.report import Facts
 from woodcock.scene import SceneError, parse
 from woodcock.start import Start
+from woodcock_server.steady import keep_time
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -37,6 +38,7 @@ T = TypeVar("T")
 
 def dask_setup(_worker: object) -> None:
     """Run by Dask in a worker's process, before it takes work."""
+    keep_time()
     # Ctrl-C reaches every process of a terminal, but it is the service that stops its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # What goes wrong comes back as an exception; what Dask says here is of connections that close when all is closed.

@@ -65,7 +65,7 @@ def undisturbed(body: Callable[[str], dict[str, Any]]) -> Callable[[Rig, str], P
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     reports = [
         report
-        for kind in ("passed", "failed", "error", "skipped", "xfailed", "xpassed")
+        for kind in ("passed", "failed", "error", "skipped")
         for report in terminalreporter.stats.get(kind, [])
         if "cell" in dict(getattr(report, "user_properties", ()))
     ]

@@ -25,8 +25,7 @@ Strike = Callable[[Rig, Target], AbstractContextManager[None]]
 @dataclass(frozen=True)
 class Fault:
     """rig: the kind that it needs; device: that the job asks for; lasts: seconds that it goes on after the stage was
-    let go of; senseless: stage or database -> why the two do not go together;
-    limits: stage -> why it is not survived there."""
+    let go of; senseless: stage or database -> why the two do not go together."""
 
     name: str
     strike: Strike
@@ -34,7 +33,6 @@ class Fault:
     device: str = "cpu0"
     lasts: float = 0.0
     senseless: dict[str, str] = field(default_factory=dict)
-    limits: dict[str, str] = field(default_factory=dict)
 
 
 @contextmanager
@@ -182,9 +180,6 @@ NO_FILM = dict.fromkeys(
 )
 GONE_BY = {"ended": "the lease is renewed no more", "claim": "the lease is not renewed yet"}
 
-#: distributed.batched has a deadline by the wall clock, some milliseconds ahead.
-STUCK = {"merged": "Dask's client, in the 10 ms after a message, waits for as long as the clock was set back"}
-
 FAULTS = [
     Fault("service killed", service_killed),
     Fault("dispatcher cancelled", dispatcher_cancelled),
@@ -196,7 +191,7 @@ FAULTS = [
     Fault("disk full", disk_full, rig="small disk", lasts=2.5 * LEASE),
     Fault("disk read-only", disk_read_only, rig="small disk", lasts=2.5 * LEASE),
     Fault("clock +1 day", clock_jumped(1), rig="clock"),
-    Fault("clock -1 day", clock_jumped(-1), rig="clock", limits=STUCK),
+    Fault("clock -1 day", clock_jumped(-1), rig="clock"),
     Fault("clock -1 day, worker killed", clock_back_and_worker_killed, rig="clock"),
     Fault("stopped for two leases", stopped, rig="pair", lasts=2 * LEASE),
     Fault("checkpoint truncated", corrupted(truncate), senseless=NO_FILM),

@@ -50,8 +50,6 @@ def test_a_fault_is_survived(
     request: pytest.FixtureRequest,
 ) -> None:
     record_property("cell", (database, fault.name, stage))
-    if reason := fault.limits.get(stage):
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=False))
     rig = rigs(fault.rig, database)
     expected = undisturbed(rig, fault.device)
     rig.spoilt = True  # until all is well

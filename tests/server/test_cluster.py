@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from pathlib import Path
 
 import pytest
-from distributed import Future
+from distributed import Future, batched
+from distributed.batched import BatchedSend
 
 from woodcock_server.cluster import ask, embedded
+from woodcock_server.steady import keep_time
 
 
 async def one_gives_up(scratch: Path) -> list[float]:
@@ -47,3 +50,45 @@ async def forgotten(scratch: Path) -> None:
 def test_what_the_cluster_gives_up_is_a_fault(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="gave up sleep on one"):
         asyncio.run(asyncio.wait_for(forgotten(tmp_path), 60))
+
+
+class Wire:
+    """A connection that takes what is sent."""
+
+    def __init__(self) -> None:
+        self.sent: list[object] = []
+
+    async def write(self, messages: list[object], **_: object) -> int:
+        self.sent += messages
+        return 1
+
+    def closed(self) -> bool:
+        return False
+
+
+async def set_back(clock: list[float]) -> list[object]:
+    """What is sent although the clock is set back just after a message."""
+    keep_time()
+    wire, sender = Wire(), BatchedSend("50ms")  # type: ignore[no-untyped-call]
+    sender.start(wire)
+    sender.send("before")
+    while not wire.sent:
+        await asyncio.sleep(0.001)
+    clock[0] = -86400
+    sender.send("after")
+    await asyncio.sleep(0.5)
+    sender.please_stop = True
+    sender.waker.set()
+    return wire.sent
+
+
+def test_messages_go_on_when_the_clock_is_set_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, now = [0.0], time.time
+
+    def wall() -> float:
+        return now() + clock[0]
+
+    monkeypatch.setattr(time, "time", wall)
+    for name, value in (("time", wall), ("locks", batched.locks)):  # as they are before, and again afterwards
+        monkeypatch.setattr(batched, name, value)
+    assert asyncio.run(set_back(clock)) == ["before", "after"]

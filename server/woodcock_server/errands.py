@@ -15,17 +15,19 @@ from woodcock_server.config import Settings
 
 T = TypeVar("T")
 
+RELEASED_SECONDS = 0.5
+
 
 class RenderError(RuntimeError):
     """The job cannot be finished; the text says why, for the one who asked for it."""
 
 
 class DeviceLostError(RenderError):
-    """A device's process died again and again, or did not come back."""
+    """A device's process died again and again, or is still out on an errand (hangs)."""
 
-    def __init__(self, device: str, says: str) -> None:
+    def __init__(self, device: str, says: str, *, hangs: bool) -> None:
         super().__init__(says)
-        self.device = device
+        self.device, self.hangs = device, hangs
 
 
 class Errands:
@@ -53,7 +55,7 @@ class Errands:
             deaths = error.allowed_failures + 1
             memory = f"It is killed when it takes more than {self._settings.worker_memory >> 20} MiB."
             says = f"The process that renders on {device} died {deaths} times while {what}. {memory}"
-            raise DeviceLostError(device, says) from None
+            raise DeviceLostError(device, says, hangs=False) from None
 
     async def in_time(self, device: str, task: asyncio.Task[T]) -> T:
         """What comes of the first thing that a device has to do. Raises DeviceLostError if it takes too long."""
@@ -63,6 +65,13 @@ class Errands:
         except TimeoutError:
             if not limit.expired():
                 raise
-        await restart(self._client, device)
         within = f"within {self._settings.range_seconds:g} s"
-        raise DeviceLostError(device, f"{device} did not end {task.get_name()} {within}, and its process was killed.")
+        says = f"{device} did not end {task.get_name()} {within}, and its process was killed."
+        raise DeviceLostError(device, says, hangs=True)
+
+    async def kill(self, device: str) -> None:
+        """The process of a device that hangs; nobody may wait for anything that it was sent to do."""
+        # What is not wanted any more is told to the scheduler some milliseconds later. What it still knew of would be
+        # sent to the new process at once, and hang there.
+        await asyncio.sleep(RELEASED_SECONDS)
+        await restart(self._client, device)

@@ -27,7 +27,7 @@ from woodcock_server import results, worker
 from woodcock_server.books import Books
 from woodcock_server.claim import Claim
 from woodcock_server.config import Settings
-from woodcock_server.errands import Errands
+from woodcock_server.errands import DeviceLostError, Errands
 from woodcock_server.jobs import reference
 from woodcock_server.jobs.states import State
 from woodcock_server.metrics import Metrics
@@ -101,7 +101,10 @@ class Rendering:
                 for device in self.devices:
                     group.create_task(self._drive(device))
         except ExceptionGroup as errors:
-            raise errors.exceptions[0] from None
+            first = errors.exceptions[0]
+            if isinstance(first, DeviceLostError) and first.hangs:
+                await self._errands.kill(first.device)
+            raise first from None
         if self._film is None or (len(self._faults) == len(self.devices) and not self._rounds.over):
             raise self._faults[0]
         await self._finish(self._film)

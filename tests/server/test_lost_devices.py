@@ -107,6 +107,7 @@ async def late(scratch: Path) -> list[int]:
         errands.scene = others.scene = "{}"
         with pytest.raises(DeviceLostError, match=r"cpu0 did not end a long one within 0\.5 s, and its process was"):
             await errands.in_time("cpu0", errands.send("cpu0", "a long one", sleep))
+        await errands.kill("cpu0")
         assert await others.in_time("cpu0", others.send("cpu0", "a short one", described)) == "{} on cpu0"
         return [before, await ask(client, "cpu0", "second", os.getpid)]
 

@@ -37,7 +37,7 @@ class Fault:
 
 @contextmanager
 def service_killed(rig: Rig, target: Target) -> Iterator[None]:
-    left = rig.workers(target.service)
+    left = target.service.workers()
     assert left
     target.service.stop(signal.SIGKILL)
     _, alive = psutil.wait_procs(left, timeout=15)
@@ -63,7 +63,7 @@ def dispatcher_raises(rig: Rig, _: Target) -> Iterator[None]:
 
 @contextmanager
 def worker_killed(rig: Rig, target: Target) -> Iterator[None]:
-    for worker in rig.workers(target.service):
+    for worker in target.service.workers():
         worker.kill()
     yield
 

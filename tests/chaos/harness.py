@@ -8,7 +8,7 @@ import struct
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
-import psutil
 import psycopg
 import pytest
 from psycopg import sql
@@ -136,16 +135,6 @@ class Rig:
     @property
     def alive(self) -> list[Service]:
         return [service for service in self.services.values() if service.process and service.process.poll() is None]
-
-    def workers(self, service: Service) -> list[psutil.Process]:
-        """The worker processes."""
-        assert service.process is not None
-        found = []
-        for child in psutil.Process(service.process.pid).children(recursive=True):
-            with suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
-                if "spawn_main" in " ".join(child.cmdline()):
-                    found.append(child)
-        return found
 
     # What faults do
 

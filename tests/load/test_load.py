@@ -19,7 +19,7 @@ import numpy as np
 import psutil
 import pytest
 from sqlalchemy import text, update
-from tests.server.conftest import Service
+from tests.server.conftest import NO_DEVICES, Service
 
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
@@ -38,7 +38,6 @@ PAUSE = 1.5
 #: Largest 99th percentile of an answer's time, seconds.
 SLOWEST = 0.1
 
-NO_DEVICES = "import woodcock_server.app\nwoodcock_server.app.discover = list\n"
 POINT = {"samples": 8, "seconds": 0.5, "device_seconds": 0.9, "rmse": 0.01, "relative_rmse": 0.02}
 
 

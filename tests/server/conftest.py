@@ -10,10 +10,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import httpx2
+import psutil
 import psycopg
 import pytest
 import structlog
@@ -32,6 +34,8 @@ structlog.configure(processors=[structlog.dev.ConsoleRenderer(exception_formatte
 
 #: By which a service is asked that no one listens for.
 ADDRESS = "http://127.0.0.1:8000"
+#: Before PROGRAM: jobs wait in the queue.
+NO_DEVICES = "import woodcock_server.app\nwoodcock_server.app.discover = list\n"
 #: As much of a scene as a row of the queue needs.
 SCENE = {"film": {"width": 4, "height": 3}, "stop": {"kind": "samples", "samples": 5}}
 PROGRAM = "import typer\nfrom woodcock_server.command import serve\nif __name__ == '__main__': typer.run(serve)\n"
@@ -172,6 +176,16 @@ class Service:
             else:
                 process.send_signal(sent)
             return process.wait(30)
+
+    def workers(self) -> list[psutil.Process]:
+        """The worker processes, one a device."""
+        assert self.process is not None
+        found = []
+        for child in psutil.Process(self.process.pid).children(recursive=True):
+            with suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
+                if "spawn_main" in " ".join(child.cmdline()):
+                    found.append(child)
+        return found
 
     def submit(self, scene: dict[str, Any], device: str = "any", **more: Any) -> str:
         answer = self.http.post("/api/v1/jobs", json={"scene": scene, "device": device, **more})

@@ -15,14 +15,13 @@ from woodcock_server.access.tokens import Scope
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 
-from .conftest import Service
+from .conftest import NO_DEVICES, Service
 
 #: What JSON Schema cannot say is a 422, too: a scene that does not add up, a file that was not uploaded.
 CONFIG = """
 [checks.positive_data_acceptance]
 expected-statuses = ["2xx", 401, 403, 404, 409, 422]
 """
-NO_DEVICES = "import woodcock_server.app\nwoodcock_server.app.discover = list\n"
 
 
 @pytest.fixture

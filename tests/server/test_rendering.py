@@ -31,17 +31,6 @@ def succeeded(job: dict[str, Any]) -> bool:
     return bool(job["state"] == "succeeded")
 
 
-def workers(service: Service) -> list[psutil.Process]:
-    """The worker processes, one a device."""
-    assert service.process is not None
-    found = []
-    for child in psutil.Process(service.process.pid).children(recursive=True):
-        with suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
-            if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child)
-    return found
-
-
 def renders(worker: psutil.Process) -> bool:
     """Whether it has come so far as to load OpenCL."""
     with suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
@@ -205,13 +194,13 @@ def test_a_worker_that_is_killed_costs_no_sample(
     samples = samples_in(4)
     job_id = service.submit(make_scene(size=256, samples=samples))
     service.wait(job_id, lambda job: job["samples"] > 0)
-    before = workers(service)
+    before = service.workers()
     assert len(before) >= 2
     before[0].kill()
     job = service.wait(job_id, succeeded)
     assert job["samples"] == samples
     check_picture(service, tmp_path, job_id, samples)
-    after = workers(service)
+    after = service.workers()
     assert len(after) == len(before)
     assert before[0] not in after
 
@@ -222,7 +211,7 @@ def test_a_worker_that_dies_again_and_again_fails_the_job(service: Service, make
     deadline = time.monotonic() + 60
     while (job := service.job(job_id))["state"] != "failed":
         assert time.monotonic() < deadline, service.log.read_text()
-        for worker in workers(service)[:1]:
+        for worker in service.workers()[:1]:
             if renders(worker):
                 worker.kill()
         time.sleep(0.1)
@@ -264,7 +253,7 @@ def test_a_service_that_is_killed_goes_on_from_its_checkpoint(
     job_id = service.submit(make_scene(size=256, samples=samples))
     checkpoint = service.data / "jobs" / job_id / "film-1.npz"
     service.wait(job_id, lambda job: job["samples"] > 0 and checkpoint.exists() and Film.load(checkpoint).samples > 10)
-    left = workers(service)
+    left = service.workers()
     service.stop(signal.SIGKILL)
     _, alive = psutil.wait_procs(left, timeout=10)
     assert not alive, "workers end with their service"

@@ -13,6 +13,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
+from woodcock.scene import Scene
+from woodcock_client import Client
+
+from .real import Gallery, serving
 from .service import Service
 
 ARGUMENTS = [
@@ -74,6 +78,23 @@ def scene_file(tmp_path: Path, scene_json: dict[str, Any]) -> Path:
     path = tmp_path / "box.json"
     path.write_text(json.dumps(scene_json))
     return path
+
+
+@pytest.fixture(scope="session")
+def gallery(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Gallery]:
+    """A real service with two finished renders, which no test may change."""
+    folder = tmp_path_factory.mktemp("gallery")
+    scene = {**SCENE, "film": {"width": 48, "height": 32}, "stop": {"kind": "samples", "samples": 16}}
+    scene |= {"orders": 1, "layers": ["albedo", "depth"]}
+    scene["volumes"] = [{**SCENE["volumes"][0], "albedo": [0.9, 0.6, 0.3]}]
+    with serving(folder) as address, Client(address) as client:
+        made = [
+            client.submit(Scene.model_validate({**scene, "seed": seed}), name=f"box, seed {seed}") for seed in (1, 2)
+        ]
+        for job in made:
+            *_, last = client.follow(job.id)
+            assert last.state == "succeeded", last.error
+        yield Gallery(address, folder / "data", (made[0].id, made[1].id))
 
 
 # The browser

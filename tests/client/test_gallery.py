@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +15,7 @@ from woodcock.scene import Scene
 from woodcock_client import Client, ServiceError
 from woodcock_client.cli import build
 
+from .real import serving
 from .service import WEB, Service
 
 
@@ -46,30 +42,8 @@ def picture_range(page: Page) -> int:
 @pytest.fixture
 def address(tmp_path: Path) -> Iterator[str]:
     """A real service on a free port, with a folder of its own."""
-    program = "import typer; from woodcock_server.command import serve; typer.run(serve)"
-    command = [sys.executable, "-c", program, "--port", "0", "--data", str(tmp_path / "data")]
-    log = tmp_path / "log"
-    with log.open("wb") as output:
-        process = subprocess.Popen(
-            command,
-            stdout=output,
-            stderr=output,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": "1"},
-            start_new_session=True,
-        )
-    try:
-        deadline = time.monotonic() + 90
-        while not (ready := re.search(r"is ready: (http://\S+?)/?\s", log.read_text())):
-            assert process.poll() is None, log.read_text()
-            assert time.monotonic() < deadline, log.read_text()
-            time.sleep(0.1)
-        yield ready[1]
-        process.send_signal(signal.SIGINT)
-        process.wait(timeout=30)
-    finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+    with serving(tmp_path) as address:
+        yield address
 
 
 def test_a_render_from_submission_to_download(page: Page, address: str, scene_json: dict[str, Any]) -> None:

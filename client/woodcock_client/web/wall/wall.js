@@ -1,18 +1,19 @@
 // Every render as a card, or those of a batch, newest first.
 
 import { useEffect, useLayoutEffect, useReducer, useRef } from "preact/hooks";
-import { isActive } from "./api.js";
-import { ago, brief, count, isDeterministic, moment, percent, STATES, title } from "./format.js";
-import { html } from "./html.js";
+import { isActive } from "../api.js";
+import { ago, brief, count, isDeterministic, moment, percent, STATES, title } from "../format.js";
+import { html } from "../html.js";
 import { listing, more, watch } from "./listing.js";
-import { Picture } from "./picture.js";
-import { Badge, Bar, Notice, Offline } from "./states.js";
+import { Picture } from "../picture.js";
+import { Badge, Bar, Notice, Offline } from "../states.js";
 
 const REFINE = 3000; // ms between two versions of a running card's preview
 
 let place = 0; // how far the wall was scrolled when it was left
 
-export function Wall({ batch }) {
+export function Wall({ query }) {
+  const batch = query.get("batch");
   const [, redraw] = useReducer((n) => n + 1, 0);
   useEffect(() => watch(batch, redraw), []);
   useEffect(() => {

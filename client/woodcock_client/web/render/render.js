@@ -1,13 +1,13 @@
 // One render: the picture, how far it is, how wrong it may still be, what it is made of, and its files.
 
 import { useEffect, useState } from "preact/hooks";
-import { followJob, getJob, getReport, isActive, listDevices } from "./api.js";
+import { followJob, getJob, getReport, isActive, listDevices } from "../api.js";
 import { Downloads } from "./downloads.js";
 import { Facts } from "./facts.js";
-import { duration, isDeterministic, number, percent, progress, STATES, title } from "./format.js";
-import { html } from "./html.js";
-import { Picture } from "./picture.js";
-import { Badge, Bar, Notice, Offline } from "./states.js";
+import { duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
+import { html } from "../html.js";
+import { Picture } from "../picture.js";
+import { Badge, Bar, Notice, Offline } from "../states.js";
 
 const REFINE = 1500; // ms between two versions of the picture
 const SMALL = 320; // pixels; a picture up to this size shows its pixels rather than a blur

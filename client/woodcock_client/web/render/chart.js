@@ -1,8 +1,8 @@
 // Error against rendering time, both logarithmic: a sound render falls along the dashed slope of −1/2. Beside the estimate
 // the true error, where there is a reference.
 
-import { duration, number, samples } from "./format.js";
-import { html } from "./html.js";
+import { duration, number, samples } from "../format.js";
+import { html } from "../html.js";
 
 const WIDTH = 340;
 const HEIGHT = 190;

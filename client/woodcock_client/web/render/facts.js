@@ -2,8 +2,8 @@
 
 import { Cautions, Certificate } from "./certificate.js";
 import { ErrorChart } from "./chart.js";
-import { brief, count, duration, isDeterministic, moment, number, percent, samples, target } from "./format.js";
-import { html } from "./html.js";
+import { brief, count, duration, isDeterministic, moment, number, percent, samples, target } from "../format.js";
+import { html } from "../html.js";
 
 export function Facts({ job, report, devices }) {
   const { seed } = job.scene;

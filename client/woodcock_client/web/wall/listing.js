@@ -5,7 +5,7 @@
 // (two requests a beat at most for any number of running jobs) because browsers allow six connections to one address
 // over HTTP/1.1: an open stream for each card would leave none for the pictures.
 
-import { getJob, isActive, listJobs } from "./api.js";
+import { getJob, isActive, listJobs } from "../api.js";
 
 const PAGE = 48;
 const BEAT = 2000; // ms between looks while something renders

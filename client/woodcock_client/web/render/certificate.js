@@ -1,6 +1,6 @@
 // What is known of a picture's error, line by line, and on which evidence.
 
-import { html } from "./html.js";
+import { html } from "../html.js";
 
 const SIGNS = { passed: "✓", failed: "✗", stated: "·", "not checked": "?" };
 

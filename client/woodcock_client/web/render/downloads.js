@@ -1,8 +1,8 @@
 // A render's files.
 
 import { useEffect, useState } from "preact/hooks";
-import { isActive } from "./api.js";
-import { html } from "./html.js";
+import { isActive } from "../api.js";
+import { html } from "../html.js";
 
 // A name that every file system takes
 const stem = (job) => job.name.replace(/[^\p{L}\p{N}._-]+/gu, "-").replace(/^[-.]+|[-.]+$/g, "") || job.id;

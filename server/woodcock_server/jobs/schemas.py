@@ -82,6 +82,7 @@ class Links(BaseModel):
     events: str
     image: str | None
     preview: str | None
+    layers: str | None
     report: str | None
     report_page: str | None
 
@@ -180,6 +181,8 @@ def links(row: Mapping[str, Any]) -> Links:
         image=f"{path}/image.exr" if succeeded else None,
         # A preview is written before the first samples are counted.
         preview=f"{path}/preview.png" if row["samples"] else None,
+        # As long as there are samples: those of a job that ended in another way are gone.
+        layers=f"{path}/layers" if row["samples"] and row["state"] not in (State.FAILED, State.CANCELLED) else None,
         report=f"{path}/report.json" if succeeded else None,
         report_page=f"{path}/report.html" if succeeded else None,
     )

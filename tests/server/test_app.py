@@ -61,6 +61,7 @@ def test_the_api_describes_itself(client: TestClient) -> None:
         "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
         "/api/v1/jobs/{id}/cancel", "/api/v1/jobs/{id}/retry",
         "/api/v1/jobs/{id}/extend", "/api/v1/jobs/{id}/image.exr",
+        "/api/v1/jobs/{id}/layers", "/api/v1/jobs/{id}/layers/{name}", "/api/v1/jobs/{id}/pixels",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/jobs/{id}/report.html",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
         "/api/v1/retention", "/api/v1/session", "/healthz", "/readyz", "/metrics",

@@ -33,6 +33,8 @@ from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.jobs import endpoints as jobs
 from woodcock_server.jobs import listing, repository, watching
 from woodcock_server.jobs.limits import Limits
+from woodcock_server.layers import endpoints as layers
+from woodcock_server.layers.pictures import Pictures
 from woodcock_server.metrics import CountRequests, Metrics
 from woodcock_server.retention import endpoints as retention
 from woodcock_server.retention import sweeper
@@ -88,6 +90,7 @@ def create_app(settings: Settings) -> FastAPI:
                     parser,
                     limits,
                     rule,
+                    Pictures(storage),
                     settings.insecure,
                 )
                 yield
@@ -107,7 +110,7 @@ def create_app(settings: Settings) -> FastAPI:
         "dependencies": [Depends(guard.authorized)],
         "responses": problems.problem_schema(401, 403),
     }
-    for endpoints in (jobs, batches, comparisons, volumes, devices, retention):
+    for endpoints in (jobs, layers, batches, comparisons, volumes, devices, retention):
         app.include_router(endpoints.router, **guarded)
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
     # Public: what tells nothing of anybody's work.

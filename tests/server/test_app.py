@@ -64,6 +64,7 @@ def test_the_api_describes_itself(client: TestClient) -> None:
         "/api/v1/jobs/{id}/extend", "/api/v1/jobs/{id}/image.exr",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/thumbnail.webp", "/api/v1/jobs/{id}/report.json",
         "/api/v1/jobs/{id}/report.html",
+        "/api/v1/jobs/{id}/layers", "/api/v1/jobs/{id}/layers/{name}", "/api/v1/jobs/{id}/pixels",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
         "/api/v1/retention", "/api/v1/session", "/healthz", "/readyz", "/metrics",
     }  # fmt: skip

@@ -14,20 +14,27 @@ export class Problem extends Error {
 export const SIGNED_OUT = "woodcock-signed-out";
 
 async function ask(path, options) {
+  const response = await answer(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
+  if (response.status === 204) return null;
+  const body = await response.json().catch(() => null);
+  if (body === null) throw new Problem(response.status, `The service answered ${response.status}.`);
+  return body;
+}
+
+async function answer(path, options) {
   let response;
   try {
-    response = await fetch(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
+    response = await fetch(path, options);
   } catch (error) {
     if (error.name === "AbortError") throw error;
     throw new Problem(0, "The service does not answer.");
   }
-  if (response.status === 204) return null;
-  const body = await response.json().catch(() => null);
-  if (!response.ok || body === null) {
+  if (!response.ok) {
+    const problem = await response.json().catch(() => null);
     if (response.status === 401) dispatchEvent(new Event(SIGNED_OUT));
-    throw new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
+    throw new Problem(response.status, problem?.detail || `The service answered ${response.status}.`);
   }
-  return body;
+  return response;
 }
 
 const get = (path, signal) => ask(path, { signal });
@@ -72,6 +79,22 @@ export const deleteBatch = (id, leaving) => ask(batchAt(id), { method: "DELETE",
 export const getJob = (id, signal) => get(`${ROOT}/jobs/${encodeURIComponent(id)}`, signal);
 
 export const getReport = (job, signal) => get(job.links.report, signal);
+
+export const getLayers = (link, signal) => get(link, signal);
+
+// {body: ArrayBuffer, headers}; the browser keeps what the service says that it may.
+export async function getLayer(link, signal) {
+  const response = await answer(link, { signal });
+  try {
+    return { body: await response.arrayBuffer(), headers: response.headers };
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Problem(0, "The service does not answer.");
+  }
+}
+
+export const getPixels = (job, { x, y, width = 1, height = 1 }, signal) =>
+  get(`${job.links.self}/pixels?${new URLSearchParams({ x, y, width, height })}`, signal);
 
 export const listDevices = (signal) => get(`${ROOT}/devices`, signal);
 

@@ -99,6 +99,7 @@ class Links(BaseModel):
     image: str | None
     preview: str | None
     thumbnail: str | None
+    layers: str | None
     report: str | None
     report_page: str | None
 
@@ -206,6 +207,8 @@ def links(row: Mapping[str, Any]) -> Links:
         # They are written before the first samples are counted.
         preview=f"{path}/preview.png" if row["samples"] else None,
         thumbnail=f"{path}/thumbnail.webp" if row["samples"] else None,
+        # As long as there are samples: those of a job that ended in another way are gone.
+        layers=f"{path}/layers" if row["samples"] and row["state"] not in (State.FAILED, State.CANCELLED) else None,
         report=f"{path}/report.json" if succeeded else None,
         report_page=f"{path}/report.html" if succeeded else None,
     )

@@ -2,7 +2,8 @@
 
 import { Cautions, Certificate } from "./certificate.js";
 import { ErrorChart } from "./chart.js";
-import { brief, count, duration, isDeterministic, moment, number, percent, samples, target } from "../format.js";
+import { seriesOf } from "./curves.js";
+import { brief, count, duration, isDeterministic, moment, number, percent, samples, target, title } from "../format.js";
 import { html } from "../html.js";
 
 export function Facts({ job, report, devices }) {
@@ -10,7 +11,7 @@ export function Facts({ job, report, devices }) {
   const certificate = report?.certificate;
   return html`
     ${certificate && html`<${Cautions} certificate=${certificate} />`}
-    ${report?.error?.length > 1 && html`<${ErrorChart} series=${report.error} />`}
+    ${report?.error && html`<${ErrorChart} series=${[seriesOf(title(job), report)]} />`}
     <section>
       <h2>Facts</h2>
       <dl class="table">

@@ -41,7 +41,7 @@ def test_devices_say_what_they_are(service: Service) -> None:
         }  # fmt: skip
 
 
-@pytest.mark.parametrize("path", ["/", "/renders/any", "/web/index.html"])
+@pytest.mark.parametrize("path", ["/", "/renders/any", "/fleet", "/web/index.html"])
 def test_the_gallery_is_served(client: TestClient, path: str) -> None:
     answer = client.get(path)
     assert answer.status_code == 200

@@ -30,6 +30,13 @@ export function tick(x) {
 
 export const percent = (x) => `${number(100 * x)} %`;
 
+const SIZES = ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB"];
+
+export function bytes(n) {
+  const power = n < 1 ? 0 : Math.min(Math.floor(Math.log2(n) / 10), SIZES.length - 1);
+  return `${number(n / 1024 ** power)} ${SIZES[power]}`;
+}
+
 export function duration(seconds) {
   if (seconds === 0) return "0 s";
   if (seconds < 0.1) return `${number(1000 * seconds)} ms`;

@@ -5,7 +5,7 @@ import { Actions } from "./actions.js";
 import { Downloads } from "./downloads.js";
 import { Facts } from "./facts.js";
 import { useRender } from "./follow.js";
-import { duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
+import { brief, duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
 import { html } from "../html.js";
 import { Name, Tags } from "./label.js";
 import { Picture } from "../picture.js";
@@ -58,8 +58,7 @@ export function Render({ id }) {
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
         <${Progress} job=${job} report=${report} />
         <${Actions} job=${job} report=${report} onChange=${onChange} />
-        ${report?.contract && job.links.report_page && html`<p><a class="button" href=${job.links.report_page}>Report page <span class="fact">error, pictures of it</span></a></p>`}
-        <${Downloads} job=${job} />
+        <${Downloads} job=${job} whole=${Boolean(report?.contract && job.links.report_page)} />
         <${Facts} job=${job} report=${report} devices=${devices} />
       </div>
     </div>
@@ -74,7 +73,7 @@ function Failure({ job }) {
   return html`
     <section class="failure" role="alert">
       <h2>This render failed</h2>
-      <p>${sentence}</p>
+      <p>${brief(sentence)}</p>
       ${rest.length > 0 && html`<details><summary>Everything that was said</summary><pre>${rest.join("\n").trim()}</pre></details>`}
       <p class="fact">${help}</p>
       <p class="fact">It will not be tried again by itself.</p>

@@ -376,3 +376,35 @@ def test_what_went_wrong_is_told_in_plain_words(service: Service, page: Page, sc
     line.get_by_role("heading").click()
     expect(line).to_contain_text("It failed: the medium is denser somewhere than its bound")
     expect(line.get_by_text("tracked through the medium by valid bounds")).to_be_visible()
+
+
+def test_a_report_that_cannot_be_had_is_asked_for_again(
+    service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
+) -> None:
+    id = service.add(scene_json, "without")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    report = service.artifacts.pop((id, "report.json"))
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.get_by_role("alert")).to_contain_text("The report cannot be shown. report.json does not exist yet")
+    service.artifacts[id, "report.json"] = report
+    page.get_by_role("button", name="Try again").click()
+    expect(page.get_by_role("heading", name="Certificate")).to_be_visible()
+    assert all("404" in text for text in said)
+    said.clear()
+
+
+def test_what_a_button_cannot_do_is_told_beside_it(
+    service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
+) -> None:
+    id = service.add(scene_json, "refused")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    page.goto(f"{service.url}/renders/{id}")
+    page.get_by_role("button", name="Extend to half the error").wait_for()
+    refusal = {"type": "about:blank", "title": "Too many", "status": 429, "detail": "You have 9 jobs; 9 are the most."}
+    service.broken = (429, "application/problem+json", json.dumps(refusal).encode())
+    page.get_by_role("button", name="Extend to half the error").click()
+    expect(page.get_by_role("alert")).to_have_text("You have 9 jobs; 9 are the most.")
+    assert all("429" in text for text in said)
+    said.clear()

@@ -19,7 +19,8 @@ const SMALL = 320; // pixels; a picture up to this size shows its pixels rather 
 const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
 
 export function Render({ id }) {
-  const { job, report, devices, problem, away, onChange } = useRender(id);
+  const { job, report: found, devices, problem, away, onChange } = useRender(id);
+  const report = found?.problem ? null : found;
 
   useEffect(() => {
     scrollTo(0, 0);
@@ -63,6 +64,7 @@ export function Render({ id }) {
       </div>
     </div>
     ${report && html`<${Report} job=${job} report=${report} />`}
+    ${!report && job.links.report && html`<${Awaited} ...${found} />`}
   `;
 }
 
@@ -123,6 +125,15 @@ const inUnits = (rmse, relative) =>
   relative !== null
     ? `: ${percent(relative)} of the mean, ${number(rmse)} in the scene’s unit of radiance`
     : ", in the scene’s unit of radiance";
+
+// In the report's place while it is fetched, or cannot be.
+const Awaited = ({ problem, again }) => html`
+  <div class="report awaited" role=${problem ? "alert" : "status"}>
+    ${problem
+      ? html`<p>The report cannot be shown. ${problem.message} <button type="button" onClick=${again}>Try again</button></p>`
+      : html`<p class="fact">Loading the report…</p>`}
+  </div>
+`;
 
 const Loading = () => html`
   <div class="heading" role="status"><a class="up" href="/" data-route>Renders</a><h1>Loading…</h1></div>

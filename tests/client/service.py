@@ -41,6 +41,7 @@ class Service:
         self.volumes: dict[str, dict[str, Any]] = {}
         self.devices = {"cpu0": dict(DEVICE)}
         self.checks: dict[str, dict[str, Any]] = {}  # by device
+        self.retention: dict[str, Any] = dict(RETENTION)
         self.batches: dict[str, dict[str, Any]] = {}
         self.requests: list[tuple[str, str]] = []
         self.secrets: dict[str, str | None] = {}  # of webhooks, by job
@@ -78,8 +79,11 @@ class Service:
             links = {"self": at, "events": f"{at}/events", **absent}
             self.jobs[id] = {
                 "id": id,
+                "owner": "",
                 "name": name,
                 "tags": [],
+                "priority": 0,
+                "pinned": False,
                 "state": "queued",
                 "waiting": None,
                 "created_at": f"2025-01-01T{len(self.jobs) // 60:02}:{len(self.jobs) % 60:02}:00Z",
@@ -98,6 +102,9 @@ class Service:
                 "reference": None,
                 "batch": None,
                 "point": None,
+                "retry_of": None,
+                "extends": None,
+                "webhook": None,
                 "integrator": None,
                 "error": None,
                 "links": links,
@@ -167,6 +174,10 @@ class _Handler(BaseHTTPRequestHandler):
                 states = [job["state"] for job in self.service.jobs.values()]
                 counts = {state: states.count(state) for state in STATES}
                 self._json(200, {"states": counts, "tags": {}, "devices": {}, "integrators": {}})
+            case ["api", "v1", "retention"]:
+                self._json(200, self.service.retention)
+            case ["healthz"]:
+                self._json(200, {"status": "ok", "version": "0.1.0"})
             case ["api", "v1", "jobs", id, *rest] if id in self.service.jobs:
                 if not rest:
                     self._json(200, self.service.jobs[id])
@@ -182,7 +193,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._json(200, {"items": [{"id": id, **device} for id, device in self.service.devices.items()]})
             case ["api", "v1", "devices", id, "stability"] if id in self.service.checks:
                 self._json(200, self.service.checks[id])
-            case [""] | ["renders" | "batches", _]:
+            case [""] | ["fleet"] | ["renders" | "batches", _]:
                 self._file(WEB / "index.html")
             case ["web", *parts] if WEB.joinpath(*parts).is_file():
                 self._file(WEB.joinpath(*parts))
@@ -325,6 +336,7 @@ def _named(value: Any, path: str) -> Iterator[tuple[str, str]]:
 
 
 STATES = ("queued", "running", "cancelling", "succeeded", "failed", "cancelled")
+RETENTION = {"days": None, "size": None, "kept": 3 << 20, "freed": 0, "renders": [], "files": []}
 DEVICE: dict[str, Any] = {
     "name": "A processor",
     "platform": "Portable Computing Language",
@@ -333,11 +345,14 @@ DEVICE: dict[str, Any] = {
     "compute_units": 2,
     "memory": 1 << 33,
     "lanes": [1, 4, 8],
+    "speed": 2.5e6,
     "state": "ready",
     "fault": None,
     "stability": "passed",
     "checked_at": "2025-01-01T00:00:00Z",
     "failures": [],
+    "job": None,
+    "waiting": 0,
     "links": {"stability": "/api/v1/devices/cpu0/stability"},
 }
 VOLUME = {"type": "volume", "grids": [{"name": "density", "type": "float", "shape": [2, 2, 2], "voxels": 8}]}

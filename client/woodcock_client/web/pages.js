@@ -19,6 +19,11 @@ export const PAGES = [
     load: () => import("./batch/batch.js").then((module) => module.Batch),
     key: ({ id }) => `batch ${id}`,
   },
+  {
+    path: /^\/fleet\/?$/,
+    load: () => import("./fleet/fleet.js").then((module) => module.Fleet),
+    key: () => "fleet",
+  },
 ];
 
 // {load, key, parameters} of an address, null where there is no such page.

@@ -168,6 +168,12 @@ def folders(connection: Connection) -> set[str]:
     return {*connection.execute(select(jobs.c.id)).scalars(), *connection.execute(select(comparisons.c.id)).scalars()}
 
 
+def waiting(connection: Connection) -> dict[str, int]:
+    """How many jobs wait in the queue, by what device they ask for."""
+    query = select(jobs.c.device, func.count()).where(jobs.c.state == State.QUEUED).group_by(jobs.c.device)
+    return {asked: int(count) for asked, count in connection.execute(query)}
+
+
 def events(connection: Connection, job_id: str, after: int) -> Sequence[RowMapping]:
     """States that the job came to after an event of that id, in order: id, state, at."""
     query = select(job_events).where(job_events.c.job_id == job_id, job_events.c.id > after)

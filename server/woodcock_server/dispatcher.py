@@ -58,6 +58,7 @@ class Dispatcher:
         self._holder = f"{socket.gethostname()}:{os.getpid()}"
         self._work, self._look = asyncio.Event(), asyncio.Event()
         self._task: asyncio.Task[None] | None = None
+        self.at_work: dict[str, str] = {}  # device id -> the job that it renders
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
@@ -148,6 +149,7 @@ class Dispatcher:
             row, devices = claimed
             self._metrics.claimed(row, datetime.now(UTC))
             self._checks.occupy(devices)
+            self.at_work = dict.fromkeys(devices, row["id"])
             claim = Claim(self._engine, self._storage, self._changes, row)
             job = Rendering(claim, self._storage, self._client, devices, self._metrics, self._settings)
             with structlog.contextvars.bound_contextvars(job=claim.id):
@@ -160,6 +162,7 @@ class Dispatcher:
                         log.warning("job lost to another dispatcher")
             return True
         finally:
+            self.at_work = {}
             self._checks.occupy(())
 
     def _claim(self, free: Sequence[str]) -> tuple[repository.Row, list[str]] | None:

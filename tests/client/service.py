@@ -78,7 +78,11 @@ class Service:
             links = {"self": at, "events": f"{at}/events", **absent}
             self.jobs[id] = {
                 "id": id,
+                "owner": "",
                 "name": name,
+                "tags": [],
+                "priority": 0,
+                "pinned": False,
                 "state": "queued",
                 "waiting": None,
                 "created_at": f"2025-01-01T{len(self.jobs) // 60:02}:{len(self.jobs) % 60:02}:00Z",
@@ -97,6 +101,9 @@ class Service:
                 "reference": None,
                 "batch": None,
                 "point": None,
+                "retry_of": None,
+                "extends": None,
+                "webhook": None,
                 "integrator": None,
                 "error": None,
                 "links": links,
@@ -175,7 +182,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._json(200, {"items": [{"id": id, **device} for id, device in self.service.devices.items()]})
             case ["api", "v1", "devices", id, "stability"] if id in self.service.checks:
                 self._json(200, self.service.checks[id])
-            case [""] | ["renders", _]:
+            case [""] | ["fleet"] | ["renders", _]:
                 self._file(WEB / "index.html")
             case ["web", *parts] if WEB.joinpath(*parts).is_file():
                 self._file(WEB.joinpath(*parts))
@@ -323,11 +330,14 @@ DEVICE: dict[str, Any] = {
     "compute_units": 2,
     "memory": 1 << 33,
     "lanes": [1, 4, 8],
+    "speed": 2.5e6,
     "state": "ready",
     "fault": None,
     "stability": "passed",
     "checked_at": "2025-01-01T00:00:00Z",
     "failures": [],
+    "job": None,
+    "waiting": 0,
     "links": {"stability": "/api/v1/devices/cpu0/stability"},
 }
 VOLUME = {"type": "volume", "grids": [{"name": "density", "type": "float", "shape": [2, 2, 2], "voxels": 8}]}

@@ -73,7 +73,7 @@ def test_a_render_shows_its_progress_and_then_its_report(
     )
     expect(page.locator("code")).to_have_text("9f3c2a77b1e0")
     expect(page.get_by_text("perspective")).to_be_visible()
-    expect(page.get_by_role("img", name="The error fell from 0.2 after 0.1 s to 0.025 after 6.4 s.")).to_be_visible()
+    expect(page.get_by_role("img", name="The error fell from 40 % after 0.2 s to 5 % after 13 s.")).to_be_visible()
 
 
 def test_a_report_tells_how_the_error_fell(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
@@ -89,7 +89,7 @@ def test_a_report_tells_how_the_error_fell(service: Service, page: Page, scene_j
     assert fact(page, "Error falls as") == "t−0.50 as expected, −0.53 to −0.47 with 95 %"
     assert fact(page, "Efficiency") == "1 235 1 / (variance × seconds)"
     expect(page.get_by_text("Devices were rendering for 93 % of their time")).to_be_visible()
-    assert page.locator(".truth, .caution .slope").count() == 0
+    assert page.locator(".board .open, .caution .slope").count() == 0
     assert page.get_by_text("True error").count() == 0
 
 
@@ -128,12 +128,12 @@ def test_a_picture_is_shown_against_its_reference(service: Service, page: Page, 
     page.goto(f"{service.url}/renders/{id}")
     expect(page.locator(".table").first).to_contain_text("sha256:01234567…")
     assert fact(page, "True error") == "4 % mean off by -0.2 % ± 0.1 %, ꟻLIP 0.031"
-    expect(page.locator(".chart rect.truth")).to_have_count(3)
-    expect(page.locator(".chart circle")).to_have_count(4)
+    expect(page.locator(".board .marker.open")).to_have_count(3)
+    expect(page.locator(".board .marker:not(.open)")).to_have_count(4)
     centre = "all => all.map(one => one.getBBox()).map(box => [box.x + box.width / 2, box.y + box.height / 2])"
-    estimated, true = (page.locator(f".chart {mark}").evaluate_all(centre) for mark in ("circle", "rect.truth"))
-    assert true == [pytest.approx(at) for at in estimated[1:]], "the two are equal"
-    expect(page.get_by_text("How far it is off the reference.")).to_be_visible()
+    estimated, true = (page.locator(f".board .marker{mark}").evaluate_all(centre) for mark in (":not(.open)", ".open"))
+    assert true == [pytest.approx(at, abs=0.1) for at in estimated[1:]], "the two are equal"
+    expect(page.locator(".legend")).to_contain_text("True, against the reference 5 %")
 
 
 def test_a_report_of_before_is_shown_as_it_was(service: Service, page: Page, scene_json: dict[str, Any]) -> None:

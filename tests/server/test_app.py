@@ -37,11 +37,11 @@ def test_devices_say_what_they_are(service: Service) -> None:
         assert device["memory"] > 0
         assert set(device) == {
             "id", "name", "platform", "driver", "kind", "compute_units", "memory", "lanes", "speed", "state", "fault",
-            "stability", "checked_at", "failures", "links",
+            "stability", "checked_at", "failures", "job", "waiting", "links",
         }  # fmt: skip
 
 
-@pytest.mark.parametrize("path", ["/", "/renders/any", "/compare", "/web/index.html"])
+@pytest.mark.parametrize("path", ["/", "/renders/any", "/compare", "/fleet", "/web/index.html"])
 def test_the_gallery_is_served(client: TestClient, path: str) -> None:
     answer = client.get(path)
     assert answer.status_code == 200

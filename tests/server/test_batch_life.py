@@ -17,6 +17,7 @@ from starlette.testclient import TestClient
 
 from woodcock.image import read_exr
 from woodcock_server import tables
+from woodcock_server.identifiers import new_id
 from woodcock_server.jobs import repository
 from woodcock_server.jobs import service as jobs
 
@@ -91,16 +92,19 @@ def test_a_job_of_a_batch_is_deleted_and_tried_again_alone(client: TestClient, s
     assert problem(client.delete(path), 404)
 
 
-def test_nothing_follows_from_what_went_with_its_batch(client: TestClient, sweep: Sweep) -> None:
+def test_nothing_follows_from_what_went_with_its_batch(
+    client: TestClient, sweep: Sweep, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whoever asked just before it went is told that it has gone."""
     batch = made(sweep())
     client.post(f"{batch['links']['self']}/cancel").raise_for_status()
-    with services(client).engine.connect() as connection:
-        row = repository.get(connection, batch["jobs"][0]["id"])
-    assert row is not None
-    client.delete(batch["links"]["self"]).raise_for_status()
-    with pytest.raises(jobs.JobMissing):
-        jobs.retry(services(client), row, "")
+
+    def late() -> str:
+        client.delete(batch["links"]["self"])
+        return new_id()
+
+    monkeypatch.setattr(jobs, "new_id", late)
+    assert problem(client.post(f"/api/v1/jobs/{batch['jobs'][0]['id']}/retry"), 404)
     assert client.get("/api/v1/jobs", params={"batch": batch["id"]}).json()["items"] == []
 
 

@@ -29,9 +29,13 @@ def test_more_samples_for_a_picture(service: Service, tmp_path: Path, make_scene
     first = service.submit(make_scene(samples=40), "cpu0", name="a", tags=["x"], priority=2)
     old = service.wait(first, ended)
     before = picture(service, tmp_path, first)
-    answer = service.http.post(f"/api/v1/jobs/{first}/extend", json={"stop": {"kind": "samples", "samples": 100}})
+    asked = {"json": {"stop": {"kind": "samples", "samples": 100}}, "headers": {"Idempotency-Key": first}}
+    answer = service.http.post(f"/api/v1/jobs/{first}/extend", **asked)
     assert answer.status_code == 201, answer.text
     made = answer.json()
+    assert service.http.post(f"/api/v1/jobs/{first}/extend", **asked).json() == made, (
+        "one job, however often it is asked"
+    )
     assert answer.headers["location"] == made["links"]["self"]
     assert (made["extends"], made["name"], made["tags"], made["priority"], made["device"]) == (
         first,

@@ -52,6 +52,24 @@ def test_a_key_belongs_to_one_request(client: TestClient, post: Post) -> None:
     assert count(client, "other") == 2
 
 
+def test_one_that_is_tried_again_is_tried_once(client: TestClient, post: Post) -> None:
+    first = post("h", tags=["tried"]).headers["Location"]
+    client.post(f"{first}/cancel").raise_for_status()
+
+    def retry(job: str, key: str) -> Any:
+        return client.post(f"{job}/retry", headers={"Idempotency-Key": key})
+
+    again = retry(first, "i")
+    assert (again.status_code, count(client, "tried")) == (201, 2)
+    assert retry(first, "i").json() == again.json()
+    client.delete(first).raise_for_status()
+    assert retry(first, "i").json() == again.json(), "also when what was tried again is no more"
+    assert count(client, "tried") == 1
+    other = again.headers["Location"]
+    client.post(f"{other}/cancel").raise_for_status()
+    assert retry(other, "i").status_code == 422, "the key belongs to another request"
+
+
 def test_what_is_refused_leaves_the_key_free(post: Post) -> None:
     assert post("d", device="gpu7").status_code == 422
     assert post("d").status_code == 201

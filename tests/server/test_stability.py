@@ -56,6 +56,9 @@ def row(says: str = "", **replaced: Any) -> dict[str, Any]:
     return {**case, "unit": "roundings", "verdict": verdict, "says": says, "seconds": 0.1, **replaced}
 
 
+#: Devices of the service.
+BOTH = ("cpu0", "cpu1")
+
 BROKEN = [row(), row("off", got=float("nan")), *(row(f"off {number}") for number in range(5))]
 
 
@@ -206,6 +209,7 @@ def test_a_check_waits_for_the_job_in_hand_and_the_next_job_for_the_check(checke
 
     in_hand = checked.submit(make_scene(size=64, stop={"kind": "seconds", "seconds": 1.5}))
     checked.wait(in_hand, lambda job: job["samples"] > 0)
+    assert [(shown(checked, each)["job"], shown(checked, each)["waiting"]) for each in BOTH] == 2 * [(in_hand, 0)]
     asked = ask(checked, "cpu0")
     assert (asked["device"], asked["state"], asked["started_at"], asked["rows"]) == ("cpu0", "running", None, [])
     assert shown(checked, "cpu0")["stability"] == "running"
@@ -223,6 +227,7 @@ def test_a_check_waits_for_the_job_in_hand_and_the_next_job_for_the_check(checke
     assert waits["device"] == "cpu0"
     listed = {job["id"]: job["waiting"] for job in checked.http.get("/api/v1/jobs").json()["items"]}
     assert (listed[named], listed[whichever]) == (waits["waiting"], None)
+    assert [(shown(checked, each)["job"], shown(checked, each)["waiting"]) for each in BOTH] == [(None, 1), (None, 0)]
 
     answer(checked, "cpu0", [row(), row(verdict="not expressible", says="nothing can express it", got=None)])
     outcome = ended(checked, "cpu0")
@@ -256,6 +261,7 @@ def test_a_device_that_failed_renders_only_what_asks_for_it(checked: Service, ma
     assert health.status_code == 503
     assert health.json()["detail"].startswith("Every device that is ready failed its stability check, and renders only")
     waits = checked.submit(make_scene(samples=5))
+    assert shown(checked, "cpu0")["waiting"] == 0, "it does not ask for this device"
     for device_id in ("cpu0", "cpu1"):
         named = checked.wait(checked.submit(make_scene(samples=4), device_id), succeeded)
         assert named["devices"] == [device_id]

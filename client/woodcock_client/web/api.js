@@ -15,7 +15,7 @@ export const SIGNED_OUT = "woodcock-signed-out";
 
 async function ask(path, options) {
   const response = await answer(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
-  const body = await response.json().catch(() => null);
+  const body = response.status === 204 ? {} : await response.json().catch(() => null);
   if (body === null) throw new Problem(response.status, `The service answered ${response.status}.`);
   return body;
 }
@@ -38,8 +38,16 @@ async function answer(path, options) {
 
 const get = (path, signal) => ask(path, { signal });
 
+// key: what comes twice under it is done once
+const send = (method, path, body, key) =>
+  ask(path, {
+    method,
+    headers: { ...(body && { "Content-Type": "application/json" }), ...(key && { "Idempotency-Key": key }) },
+    body: body && JSON.stringify(body),
+  });
+
 export const signIn = (token) =>
-  ask(`${ROOT}/session`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ token }) });
+  send("POST", `${ROOT}/session`, { token });
 
 export const listJobs = ({ limit, cursor, batch }, signal) => {
   const query = new URLSearchParams({ limit });
@@ -68,7 +76,37 @@ export async function getLayer(link, signal) {
 export const getPixels = (job, { x, y, width = 1, height = 1 }, signal) =>
   get(`${job.links.self}/pixels?${new URLSearchParams({ x, y, width, height })}`, signal);
 
+// A render's life. job: as it was asked for; change: some of its name, tags and pinned; stop: a stricter contract.
+
+export const submitJob = (job, key) => send("POST", `${ROOT}/jobs`, job, key);
+
+export const changeJob = (job, change) => send("PATCH", job.links.self, change);
+
+export const deleteJob = (job) => send("DELETE", job.links.self);
+
+export const cancelJob = (job) => send("POST", `${job.links.self}/cancel`);
+
+export const retryJob = (job, key) => send("POST", `${job.links.self}/retry`, null, key);
+
+export const extendJob = (job, stop, key) => send("POST", `${job.links.self}/extend`, { stop }, key);
+
+// The fleet
+
 export const listDevices = (signal) => get(`${ROOT}/devices`, signal);
+
+const stabilityOf = (device) => `${ROOT}/devices/${encodeURIComponent(device.id)}/stability`;
+
+export const getStability = (device, signal) => get(stabilityOf(device), signal);
+
+export const checkStability = (device) => send("POST", stabilityOf(device));
+
+export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
+
+export const jobsThatAre = (state, limit, signal) => get(`${ROOT}/jobs?${new URLSearchParams({ state, limit })}`, signal);
+
+export const getRetention = (signal) => get(`${ROOT}/retention`, signal);
+
+export const getHealth = (signal) => get("/healthz", signal);
 
 export const isActive = (job) => ["queued", "running", "cancelling"].includes(job.state);
 

@@ -38,7 +38,10 @@ function usePage(address) {
   return shown;
 }
 
-const LINKS = [["/", "Renders"]];
+const LINKS = [
+  ["/", "Renders"],
+  ["/fleet", "Fleet"],
+];
 
 function App() {
   const address = useAddress();

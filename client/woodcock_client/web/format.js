@@ -6,19 +6,36 @@ export function count(n) {
 
 export const samples = (n) => `${count(n)} sample${n === 1 ? "" : "s"}`;
 
+const powerOfTen = (exponent) =>
+  `10${[...String(Number(exponent))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("")}`;
+
 // Three significant digits, without an exponent where the number is of everyday size.
 export function number(x) {
   if (x === 0) return "0";
   const size = Math.abs(x);
   if (size >= 1e5 || size < 1e-4) {
     const [mantissa, exponent] = x.toExponential(1).split("e");
-    const digits = [...String(Number(exponent))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("");
-    return `${mantissa} × 10${digits}`;
+    return `${mantissa} × ${powerOfTen(exponent)}`;
   }
   return size >= 100 ? count(x) : String(Number(x.toPrecision(3)));
 }
 
+// A round number, such as stands at an axis, as short as it can be.
+export function tick(x) {
+  const size = Math.abs(x);
+  if (size >= 1e-3 && size < 1e5) return size < 1000 ? String(Number(x.toPrecision(3))) : count(x);
+  const [mantissa, exponent] = x.toExponential(0).split("e");
+  return mantissa === "1" ? powerOfTen(exponent) : `${mantissa} × ${powerOfTen(exponent)}`;
+}
+
 export const percent = (x) => `${number(100 * x)} %`;
+
+const SIZES = ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB"];
+
+export function bytes(n) {
+  const power = n < 1 ? 0 : Math.min(Math.floor(Math.log2(n) / 10), SIZES.length - 1);
+  return `${number(n / 1024 ** power)} ${SIZES[power]}`;
+}
 
 export function duration(seconds) {
   if (seconds === 0) return "0 s";

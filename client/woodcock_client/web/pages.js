@@ -14,6 +14,11 @@ export const PAGES = [
     load: () => import("./render/render.js").then((module) => module.Render),
     key: ({ id }) => `render ${id}`,
   },
+  {
+    path: /^\/fleet\/?$/,
+    load: () => import("./fleet/fleet.js").then((module) => module.Fleet),
+    key: () => "fleet",
+  },
 ];
 
 // {load, key, parameters} of an address, null where there is no such page.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, HTTPException, Response
@@ -10,8 +11,10 @@ from sqlalchemy import RowMapping
 from woodcock import __version__
 from woodcock_server.access.guard import administrator
 from woodcock_server.devices import repository
+from woodcock_server.devices.choice import leaves_a_choice, meant
 from woodcock_server.devices.schemas import PREFIX, Device, DeviceLinks, DeviceList, Stability
 from woodcock_server.devices.service import Found
+from woodcock_server.jobs import repository as jobs
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided, Services
 
@@ -37,7 +40,8 @@ def list_devices(services: Provided) -> DeviceList:
     """The OpenCL devices of this server, as they were when it started, and how their stability checks ended."""
     with services.engine.connect() as connection:
         outcomes = repository.newest(connection, [device.fingerprint for device in services.devices])
-    return DeviceList(items=[_shown(one, outcomes.get(one.fingerprint), services) for one in services.devices])
+        asked = jobs.waiting(connection)
+    return DeviceList(items=[_shown(one, outcomes.get(one.fingerprint), asked, services) for one in services.devices])
 
 
 @router.post(
@@ -78,10 +82,12 @@ def _under_way(device: Found, services: Services) -> Stability:
     )
 
 
-def _shown(found: Found, outcome: RowMapping | None, services: Services) -> Device:
+def _shown(found: Found, outcome: RowMapping | None, asked: Mapping[str, int], services: Services) -> Device:
+    """asked: of the jobs that wait, how many ask for which device."""
     device, passed = found.device, outcome is None or outcome["passed"]
     running = found.id in services.checks.under_way
     failures = [row for row in outcome["rows"] if row["verdict"] == "failed"] if outcome else []
+    able = [ask for ask in asked if found.ready and meant(ask, [found]) and (passed or not leaves_a_choice(ask))]
     return Device(
         id=device.id,
         name=device.name,
@@ -97,6 +103,8 @@ def _shown(found: Found, outcome: RowMapping | None, services: Services) -> Devi
         stability="running" if running else "not checked" if outcome is None else "passed" if passed else "failed",
         checked_at=outcome and outcome["finished_at"],
         failures=[f"{row['group']}, {row['case']}: {row['says']}" for row in failures[:FEW]],
+        job=services.dispatcher.at_work.get(found.id),
+        waiting=sum(asked[ask] for ask in able),
         links=DeviceLinks(stability=_link(found) if running or outcome else None),
     )
 

@@ -24,6 +24,9 @@ class Device(BaseModel):
     state: `ready`; `distrusted`: its newest stability check failed, so that it renders only jobs that ask for it by its
     id; `failed`: it cannot be used, and fault says why. checked_at, failures: of the newest check that ended, the first
     few sentences of what was wrong.
+
+    job: the id of the one that it renders now; waiting: how many in the queue it may have to render, alone or with
+    others.
     """
 
     id: str
@@ -40,6 +43,8 @@ class Device(BaseModel):
     stability: Literal["not checked", "running", "passed", "failed"]
     checked_at: datetime | None
     failures: list[str]
+    job: str | None
+    waiting: int
     links: DeviceLinks
 
 

@@ -1,4 +1,4 @@
-"""/, /renders/{id}, /compare and /web"""
+"""/, /renders/{id}, /compare, /fleet and /web"""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ static = StaticFiles(directory=WEB)
 @router.get("/")
 @router.get("/renders/{id}")
 @router.get("/compare")
+@router.get("/fleet")
 def page() -> FileResponse:
-    """One page shows them all; it reads its own address."""
+    """One page shows all; it reads its own address."""
     return FileResponse(WEB / "index.html", headers={"Cache-Control": "no-cache"})

@@ -131,15 +131,17 @@ async def cancel_job(id: str, services: Provided) -> Job:
 
 
 @router.post("/{id}/retry", status_code=201, responses=problem_schema(404, 409, 429))
-async def retry_job(row: Existing, response: Response, services: Provided, owner: Owner) -> Job:
+async def retry_job(id: str, response: Response, services: Provided, owner: Owner, key: Key = None) -> Job:
     """Queue a new job that asks for the same as one that failed or was cancelled."""
-    return _queued(await to_thread.run_sync(service.retry, services, row, owner), response, services)
+    return _queued(await to_thread.run_sync(service.retry, services, id, owner, key), response, services)
 
 
 @router.post("/{id}/extend", status_code=201, responses=problem_schema(404, 409, 429))
-async def extend_job(row: Existing, asked: JobExtension, response: Response, services: Provided, owner: Owner) -> Job:
+async def extend_job(
+    id: str, asked: JobExtension, response: Response, services: Provided, owner: Owner, key: Key = None
+) -> Job:
     """Queue a new job that goes on from the samples of one that has succeeded, to a stricter contract."""
-    return _queued(await to_thread.run_sync(service.extend, services, row, asked.stop, owner), response, services)
+    return _queued(await to_thread.run_sync(service.extend, services, id, asked, owner, key), response, services)
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=problem_schema(404))

@@ -198,6 +198,12 @@ def counts(connection: Connection) -> dict[State, int]:
     return dict.fromkeys(State, 0) | {State(state): count for state, count in connection.execute(query)}
 
 
+def waiting(connection: Connection) -> dict[str, int]:
+    """How many jobs wait in the queue, by what device they ask for."""
+    query = select(jobs.c.device, func.count()).where(jobs.c.state == State.QUEUED).group_by(jobs.c.device)
+    return {asked: int(count) for asked, count in connection.execute(query)}
+
+
 def events(connection: Connection, job_id: str, after: int) -> Sequence[RowMapping]:
     """States that the job came to after an event of that id, in order: id, state, at."""
     query = select(job_events).where(job_events.c.job_id == job_id, job_events.c.id > after)

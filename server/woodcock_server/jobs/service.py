@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from anyio import to_thread
 from fastapi import HTTPException
+from pydantic import BaseModel
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import IntegrityError
 
@@ -19,7 +20,7 @@ from woodcock_server.events import Changes, wait
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.requests import RequestCheck
-from woodcock_server.jobs.schemas import Job, JobChange, JobCreate, JobEvent, JobSummary, job, summary
+from woodcock_server.jobs.schemas import Job, JobChange, JobCreate, JobEvent, JobExtension, JobSummary, job, summary
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
 from woodcock_server.services import Services
@@ -75,8 +76,14 @@ def cancel(services: Services, job_id: str) -> Job:
         return described(connection, services.dispatcher, row)
 
 
-def retry(services: Services, row: repository.Row, owner: str) -> Job:
-    """A new job that asks for the same. Raises Conflict, InvalidRequest, TooMuch."""
+def retry(services: Services, job_id: str, owner: str, key: str | None = None) -> Job:
+    """A new job that asks for the same. Raises JobMissing, Conflict, InvalidRequest, TooMuch."""
+    asked = Retry(retry_of=job_id)
+    return idempotency.once(services.engine, key, owner, asked, Job, partial(_retry, services, asked, owner, key))
+
+
+def _retry(services: Services, again: Retry, owner: str, key: str | None) -> Job:
+    row = _row(services, again.retry_of)
     if row["state"] not in (State.FAILED, State.CANCELLED):
         raise Conflict(f"Job {row['id']} is {row['state']}. Only one that failed or was cancelled can be tried again.")
     request = JobCreate.model_validate(_asked(row))
@@ -84,12 +91,18 @@ def retry(services: Services, row: repository.Row, owner: str) -> Job:
     place = {key: row[key] for key in ("batch", "point")}
     asked = {**request.model_dump(mode="json"), **place, "retry_of": row["id"], "owner": owner}
     admit(services, owner, [asked["scene"]])
-    return _follow_up(services, row, asked, new_id())
+    return _follow_up(services, row, asked, new_id(), again, key)
 
 
-def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> Job:
-    """A new job that goes on from the samples of one that has succeeded. Raises Conflict, InvalidRequest, TooMuch."""
-    old = row["id"]
+def extend(services: Services, job_id: str, asked: JobExtension, owner: str, key: str | None = None) -> Job:
+    """A new job that goes on from the samples of one that has succeeded. Raises as `retry` does."""
+    longer = Extension(extends=job_id, stop=asked.stop)
+    return idempotency.once(services.engine, key, owner, longer, Job, partial(_extend, services, longer, owner, key))
+
+
+def _extend(services: Services, longer: Extension, owner: str, key: str | None) -> Job:
+    old, stop = longer.extends, longer.stop
+    row = _row(services, old)
     if row["state"] != State.SUCCEEDED:
         raise Conflict(f"Job {old} is {row['state']}. Only one that has succeeded can be gone on from.")
     before = Scene.model_validate(row["scene"])
@@ -104,20 +117,43 @@ def extend(services: Services, row: repository.Row, stop: Stop, owner: str) -> J
     job_id = new_id()
     if not services.storage.hand_on(old, job_id):
         raise Conflict(f"Job {old} has no samples to go on from: it ended under a version that kept none.")
-    return _follow_up(services, row, columns, job_id)
+    return _follow_up(services, row, columns, job_id, longer, key)
 
 
-def _follow_up(services: Services, row: repository.Row, asked: repository.Row, job_id: str) -> Job:
-    """A new job that follows from another one. Raises JobMissing if that was deleted in the meantime, and with it its
-    batch or a file."""
+class Retry(BaseModel):
+    """What is asked for by trying a job again; an Idempotency-Key belongs to that."""
+
+    retry_of: str
+
+
+class Extension(JobExtension):
+    """The same of extending one."""
+
+    extends: str
+
+
+def _follow_up(
+    services: Services, row: repository.Row, asked: repository.Row, job_id: str, request: BaseModel, key: str | None
+) -> Job:
+    """A new job that follows from another one. Raises sqlalchemy.exc.IntegrityError if that was deleted in the
+    meantime, and with it its batch or a file, or if the same request was faster."""
+    now = datetime.now(UTC)
     try:
         with services.engine.begin() as connection:
-            repository.add(connection, asked, datetime.now(UTC), job_id)
+            repository.add(connection, asked, now, job_id)
             webhooks.carry_over(connection, row["id"], job_id)
-            return described(connection, services.dispatcher, existing(connection, job_id))
+            made = described(connection, services.dispatcher, existing(connection, job_id))
+            idempotency.keep(connection, key, asked["owner"], request, made, now)
     except IntegrityError:
         services.storage.remove_job(job_id)
-        raise JobMissing(row["id"]) from None
+        raise
+    return made
+
+
+def _row(services: Services, job_id: str) -> repository.Row:
+    """Raises JobMissing."""
+    with services.engine.connect() as connection:
+        return existing(connection, job_id)
 
 
 def _asked(row: repository.Row) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 // What is known of a picture's error, line by line, and on which evidence.
 
 import { html } from "../html.js";
+import { MEANINGS } from "./meanings.js";
 
 const SIGNS = { passed: "✓", failed: "✗", stated: "·", "not checked": "?" };
 
@@ -11,7 +12,7 @@ export function Cautions({ certificate }) {
   return html`
     <section class="caution">
       <h2>Take care with this picture</h2>
-      ${failed.map(({ name, says }) => html`<p key=${name}>${says}</p>`)}
+      ${failed.map(({ name, says }) => html`<p key=${name}>${says} <span class="fact">${MEANINGS[name]?.failed}</span></p>`)}
     </section>
   `;
 }
@@ -27,9 +28,18 @@ export const Certificate = ({ certificate }) => html`
           <div>
             <h3><span class="name">${name}</span> ${status !== "stated" && html`<span class="fact">${status}</span>`}</h3>
             <p>${says}</p>
+            ${MEANINGS[name] && html`<${Meaning} ...${MEANINGS[name]} status=${status} />`}
           </div>
         </li>
       `)}
     </ul>
   </section>
+`;
+
+const Meaning = ({ what, how, failed, status }) => html`
+  <details>
+    <summary>What this means</summary>
+    <p>${what} ${how}</p>
+    <p>${status === "failed" ? "It failed: " : "Had it failed: "}${failed[0].toLowerCase() + failed.slice(1)}</p>
+  </details>
 `;

@@ -1,84 +1,143 @@
-// Error against rendering time, both logarithmic: a sound render falls along the dashed slope of −1/2. Beside the estimate
-// the true error, where there is a reference.
+// Error against rendering time, both logarithmic, of one render or several: the pointer and the arrow keys read it, and
+// its values are a table too.
 
-import { duration, number, samples } from "../format.js";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { axisOver } from "./axis.js";
+import { curvesOf, says, sized, stopsOf } from "./curves.js";
+import { duration, number } from "../format.js";
 import { html } from "../html.js";
+import { Marker, Plot } from "./plot.js";
 
-const WIDTH = 340;
-const HEIGHT = 190;
-const EDGE = { left: 46, right: 12, top: 10, bottom: 30 };
+const EDGE = { left: 58, right: 16, top: 24, bottom: 42 };
 
-// A logarithmic scale over the values, widened a little where they hardly differ, and its ticks.
-function scale(values, from, to) {
-  let low = Math.log10(Math.min(...values));
-  let high = Math.log10(Math.max(...values));
-  const widen = Math.max(0, 0.6 - (high - low)) / 2 + 0.04;
-  low -= widen;
-  high += widen;
-  const at = (value) => from + ((Math.log10(value) - low) / (high - low)) * (to - from);
-  const steps = high - low > 1.6 ? [1] : [1, 2, 5];
-  const every = Math.ceil((high - low) / 5);
-  const ticks = [];
-  for (let decade = Math.floor(low); decade <= high; decade++) {
-    for (const step of steps) {
-      const value = step * 10 ** decade;
-      const inside = Math.log10(value) >= low && Math.log10(value) <= high;
-      if (inside && decade % every === 0) ticks.push(value);
-    }
-  }
-  return { at, ticks };
-}
-
+// series: as seriesOf makes them of reports, and each curve has the colour of its place. Nothing where no two points
+// are known.
 export function ErrorChart({ series }) {
-  const points = series.filter(({ seconds, rmse }) => seconds > 0 && rmse > 0);
-  if (points.length < 2) return null;
-  const x = scale(points.map((p) => p.seconds), EDGE.left, WIDTH - EDGE.right);
-  const truth = points.filter(({ against }) => against?.mse > 0).map((p) => ({ ...p, rmse: Math.sqrt(p.against.mse) }));
-  const y = scale([...points, ...truth].map((p) => p.rmse), HEIGHT - EDGE.bottom, EDGE.top);
-  const first = points[0];
-  const last = points[points.length - 1];
-  const ideal = last.rmse * Math.sqrt(last.seconds / first.seconds);
-  const path = (line) => line.map((p, i) => `${i ? "L" : "M"}${x.at(p.seconds).toFixed(1)} ${y.at(p.rmse).toFixed(1)}`).join("");
-  const said = `The error fell from ${number(first.rmse)} after ${duration(first.seconds)} to ${number(last.rmse)} after ${duration(last.seconds)}.`;
+  const { relative, curves, goals } = curvesOf(series);
+  if (!curves.some(({ dots }) => dots.length > 1)) return null;
   return html`
-    <section>
+    <section class="error-chart">
       <h2>Error over time</h2>
-      <svg class="chart" viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${said}>
-        <clipPath id="plot">
-          <rect x=${EDGE.left} y=${EDGE.top} width=${WIDTH - EDGE.left - EDGE.right} height=${HEIGHT - EDGE.top - EDGE.bottom} />
-        </clipPath>
-        ${y.ticks.map((value) => html`
-          <g key=${`y${value}`}>
-            <line class="grid" x1=${EDGE.left} x2=${WIDTH - EDGE.right} y1=${y.at(value)} y2=${y.at(value)} />
-            <text x=${EDGE.left - 6} y=${y.at(value)} dy="0.35em" text-anchor="end">${number(value)}</text>
-          </g>
-        `)}
-        ${x.ticks.map((value) => html`
-          <g key=${`x${value}`}>
-            <line class="grid" x1=${x.at(value)} x2=${x.at(value)} y1=${EDGE.top} y2=${HEIGHT - EDGE.bottom} />
-            <text x=${x.at(value)} y=${HEIGHT - EDGE.bottom + 15} text-anchor="middle">${`${number(value)} s`}</text>
-          </g>
-        `)}
-        <g clip-path="url(#plot)">
-          <line class="ideal" x1=${x.at(first.seconds)} y1=${y.at(ideal)} x2=${x.at(last.seconds)} y2=${y.at(last.rmse)} />
-          <path class="curve" d=${path(points)} />
-          ${truth.length > 0 && html`<path class="curve truth" d=${path(truth)} />`}
-          ${points.map((p) => html`
-            <circle key=${p.seconds} cx=${x.at(p.seconds)} cy=${y.at(p.rmse)} r="2.5">
-              <title>${`${number(p.rmse)} after ${duration(p.seconds)}, ${samples(p.samples)}`}</title>
-            </circle>
-          `)}
-          ${truth.map((p) => html`
-            <rect class="truth" key=${p.seconds} x=${x.at(p.seconds) - 2} y=${y.at(p.rmse) - 2} width="4" height="4">
-              <title>${`${number(p.rmse)} off the reference after ${duration(p.seconds)}, ${samples(p.samples)}`}</title>
-            </rect>
-          `)}
-        </g>
-      </svg>
-      <p class="explain">
-        Estimated error of a pixel, in the scene’s unit of radiance. Dashed: the 1/√t that independent samples promise.
-        ${truth.length > 0 && html` <span class="truth">■</span> How far it is off the reference.`}
-      </p>
+      <${Board} curves=${curves} goals=${goals} relative=${relative} />
+      <${Legend} curves=${curves} relative=${relative} banded=${curves.some(({ fit }) => fit)} />
+      <${Values} curves=${curves} relative=${relative} />
     </section>
   `;
 }
+
+// What the whole chart says, for those who do not see it.
+function summary([{ dots }, ...others], relative) {
+  const [first, last] = [dots[0], dots[dots.length - 1]];
+  const fell = `The error fell from ${sized(first.error, relative)} after ${duration(first.seconds)} to ${sized(last.error, relative)} after ${duration(last.seconds)}.`;
+  return others.length ? `${fell} ${others.length + 1} curves; their values are in the table below.` : fell;
+}
+
+// The drawing, as large as the room that the stylesheet gives it, and what goes through its dots.
+function Board({ curves, goals, relative }) {
+  const board = useRef();
+  const [{ width, height }, setSize] = useState({ width: 0, height: 0 });
+  const [at, setAt] = useState(null);
+  useLayoutEffect(() => {
+    const measure = () => setSize({ width: board.current.clientWidth, height: board.current.clientHeight });
+    measure();
+    const observer = new ResizeObserver(measure);
+    observer.observe(board.current);
+    return () => observer.disconnect();
+  }, []);
+
+  const dots = curves.flatMap((curve) => curve.dots);
+  const x = axisOver(dots.map(({ seconds }) => seconds), EDGE.left, width - EDGE.right);
+  const y = axisOver([...dots.map(({ error }) => error), ...goals], height - EDGE.bottom, EDGE.top);
+  const stops = stopsOf(curves);
+  const shown = stops[at] ?? null;
+
+  function point(event) {
+    const box = board.current.getBoundingClientRect();
+    const away = ({ dot }) =>
+      Math.abs(x.at(dot.seconds) - (event.clientX - box.left)) + 0.3 * Math.abs(y.at(dot.error) - (event.clientY - box.top));
+    setAt(stops.reduce((best, stop, index) => (away(stop) < away(stops[best]) ? index : best), 0));
+  }
+
+  function key(event) {
+    const to = { ArrowLeft: at - 1, ArrowDown: at - 1, ArrowRight: at + 1, ArrowUp: at + 1, Home: 0, End: stops.length - 1 }[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    setAt(Math.min(Math.max(to, 0), stops.length - 1));
+  }
+
+  return html`
+    <div class="board" ref=${board}>
+      ${width > 0 && html`<${Plot} ...${{ curves, goals, relative, x, y, width, height, shown }} says=${summary(curves, relative)} />`}
+      <div
+        class="reader"
+        role="slider"
+        tabindex="0"
+        aria-label="Points of the chart"
+        aria-valuemin="1"
+        aria-valuemax=${stops.length}
+        aria-valuenow=${(at ?? stops.length - 1) + 1}
+        aria-valuetext=${spoken(stops[at ?? stops.length - 1], relative)}
+        onKeyDown=${key}
+        onFocus=${() => setAt(at ?? stops.length - 1)}
+        onBlur=${() => setAt(null)}
+        onPointerMove=${point}
+        onPointerDown=${point}
+        onPointerLeave=${() => setAt(null)}
+      ></div>
+      ${shown && html`<${Tip} stop=${shown} relative=${relative} x=${x.at(shown.dot.seconds)} y=${y.at(shown.dot.error)} width=${width} />`}
+    </div>
+  `;
+}
+
+const spoken = ({ curve, dot }, relative) => `${curve.name}: ${says(dot, relative)}`;
+
+// Beside the dot, on the side that has more room.
+function Tip({ stop, relative, x, y, width }) {
+  const side = x > width / 2 ? { right: `${width - x + 12}px` } : { left: `${x + 12}px` };
+  return html`
+    <p class="tip" aria-hidden="true" style=${{ ...side, top: `${y}px` }}>
+      <b>${sized(stop.dot.error, relative)}</b> <span>${stop.curve.name}</span>
+      <span>${says(stop.dot, relative).replace(/^.*? after /, "after ")}</span>
+    </p>
+  `;
+}
+
+const Legend = ({ curves, relative, banded }) => html`
+  <ul class="legend">
+    ${curves.map((curve) => html`
+      <li key=${curve.name}>
+        <svg width="14" height="14" aria-hidden="true"><${Marker} curve=${curve} x=${7} y=${7} size=${4} /></svg>
+        <span>${curve.name}</span> <span class="fact">${sized(curve.dots[curve.dots.length - 1].error, relative)}</span>
+      </li>
+    `)}
+    <li>
+      <svg width="22" height="14" aria-hidden="true"><path class="ideal" d="M1 3L21 11" /></svg>
+      <span>slope −½ <span class="fact">half the error in four times the time</span></span>
+    </li>
+    ${banded && html`
+      <li>
+        <svg width="22" height="14" aria-hidden="true"><path class="band look-0" d="M1 1L21 8L1 13Z" /><path class="fit look-0" d="M1 6L21 8" /></svg>
+        <span>fitted slope <span class="fact">in its 95 % band</span></span>
+      </li>
+    `}
+  </ul>
+`;
+
+// The same as numbers.
+const Values = ({ curves, relative }) => html`
+  <details class="values">
+    <summary>Values</summary>
+    <div class="scroll" tabindex="0" role="region" aria-label="Values of the chart">
+      <table>
+        <thead><tr><th scope="col">Error</th><th scope="col">Time</th><th scope="col">Samples per pixel</th><th scope="col">What</th></tr></thead>
+        <tbody>
+          ${stopsOf(curves).map(({ curve, dot }) => html`
+            <tr key=${`${curve.name}${dot.seconds}`}>
+              <td>${sized(dot.error, relative)}</td><td>${duration(dot.seconds)}</td><td>${number(dot.samples)}</td><td>${curve.name}</td>
+            </tr>
+          `)}
+        </tbody>
+      </table>
+    </div>
+  </details>
+`;

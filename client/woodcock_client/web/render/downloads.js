@@ -33,10 +33,13 @@ const File = ({ href, name, label, about }) => html`
   </li>
 `;
 
+// The scene as its file has it.
+export const sceneText = (scene) => `${JSON.stringify(scene, null, 2)}\n`;
+
 function useScene(scene) {
   const [href, setHref] = useState(null);
   useEffect(() => {
-    const file = new Blob([JSON.stringify(scene, null, 2), "\n"], { type: "application/json" });
+    const file = new Blob([sceneText(scene)], { type: "application/json" });
     const address = URL.createObjectURL(file);
     setHref(address);
     return () => URL.revokeObjectURL(address);

@@ -1,7 +1,6 @@
 // What a render is made of: the request at once, and what the report adds once there is one.
 
-import { Cautions, Certificate } from "./certificate.js";
-import { ErrorChart } from "./chart.js";
+import { Cautions } from "./certificate.js";
 import { brief, count, duration, isDeterministic, moment, number, percent, samples, target } from "../format.js";
 import { html } from "../html.js";
 
@@ -10,7 +9,6 @@ export function Facts({ job, report, devices }) {
   const certificate = report?.certificate;
   return html`
     ${certificate && html`<${Cautions} certificate=${certificate} />`}
-    ${report?.error?.length > 1 && html`<${ErrorChart} series=${report.error} />`}
     <section>
       <h2>Facts</h2>
       <dl class="table">
@@ -34,16 +32,14 @@ export function Facts({ job, report, devices }) {
         html`<${Fact} name="Asked for"><${Devices} ids=${[job.device]} known=${devices} uses=${[]} /><//>`}
         ${job.devices.length > 0 &&
         html`<${Fact} name=${job.devices.length > 1 ? "Devices" : "Device"}><${Devices} ids=${job.devices} known=${devices} uses=${report?.devices ?? []} /><//>`}
-        ${report?.program_hash &&
-        html`<${Fact} name="Program"><code title=${report.program_hash}>${report.program_hash.slice(0, 12)}</code><//>`}
+        ${job.retry_of && html`<${Fact} name="Tries again"><${Other} id=${job.retry_of} /><//>`}
+        ${job.extends && html`<${Fact} name="Goes on from"><${Other} id=${job.extends} /><//>`}
       </dl>
     </section>
-    ${certificate && html`<${Certificate} certificate=${certificate} />`}
-    ${report?.devices?.[0]?.media?.length > 0 && html`<${Media} media=${report.devices[0].media} />`}
-    ${report?.seconds && html`<${Times} seconds=${report.seconds} utilisation=${report.utilisation} />`}
-    ${report?.kinds && html`<${Kinds} kinds=${report.kinds} />`}
   `;
 }
+
+const Other = ({ id }) => html`<a href=${`/renders/${encodeURIComponent(id)}`} data-route>another render</a>`;
 
 const Fact = ({ name, children }) => html`<div><dt>${name}</dt><dd>${children}</dd></div>`;
 
@@ -101,55 +97,3 @@ function Rest({ orders, mean }) {
   const said = `${share(rest)}${known(error) ? ` ± ${share(error)}` : ""}${mean > 0 ? " of the light" : ""}`;
   return html`<${Fact} name=${`After order ${last}`}>${said} ${limit && html`<span class="fact">at most ${share(bound)}</span>`}<//>`;
 }
-
-function Media({ media }) {
-  return html`
-    <section>
-      <h2>${media.length > 1 ? "Media" : "Medium"}</h2>
-      <dl class="table">
-        ${media.map((each, index) => html`<${Fact} key=${index} name=${each.kind}><${Medium} medium=${each} /><//>`)}
-      </dl>
-    </section>
-  `;
-}
-
-function Medium({ medium }) {
-  const { sigma_t: sigma, storage, scatters, emits, coloured } = medium;
-  const does = [scatters ? "scatters" : "absorbs", emits && "emits", coloured && "in colour"].filter(Boolean);
-  return html`
-    ${does.join(", ")} <span class="fact">${`σₜ up to ${sigma.map(number).join(", ")}`}</span>
-    ${Object.entries(storage ?? {}).map(([name, { kind, error }]) => html`
-      <span class="device" key=${name}>${name} <span class="fact">${`stored as ${kind}, ${error > 0 ? `off by ${percent(error)} of its largest at most` : "exactly"}`}</span></span>
-    `)}
-  `;
-}
-
-function Times({ seconds, utilisation }) {
-  const parts = Object.entries(seconds).filter(([, each]) => typeof each === "number" && each >= 0);
-  const sum = parts.reduce((total, [, each]) => total + each, 0);
-  if (!(sum > 0)) return null;
-  return html`
-    <section>
-      <h2>Where the time went</h2>
-      <div class="split" aria-hidden="true">
-        ${parts.map(([name, each]) => html`<i key=${name} style=${{ flexGrow: each / sum }}></i>`)}
-      </div>
-      <dl class="table split-key">
-        ${parts.map(([name, each]) => html`<${Fact} key=${name} name=${name}>${duration(each)}<//>`)}
-      </dl>
-      ${typeof utilisation === "number" && html`<p class="explain">${`Devices were rendering for ${percent(utilisation)} of their time; meanwhile what they sent was merged, checked and written.`}</p>`}
-    </section>
-  `;
-}
-
-const Kinds = ({ kinds }) => html`
-  <section>
-    <h2>Compiled in</h2>
-    <p class="explain">The program holds these kinds and no others; what the scene does not use costs nothing.</p>
-    <dl class="table">
-      ${Object.entries(kinds).map(([concept, names]) => html`
-        <${Fact} key=${concept} name=${concept}>${names.length ? names.join(", ") : "none"}<//>
-      `)}
-    </dl>
-  </section>
-`;

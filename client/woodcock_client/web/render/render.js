@@ -1,22 +1,25 @@
 // One render: the picture, how far it is, how wrong it may still be, what it is made of, and its files.
 
-import { useEffect, useState } from "preact/hooks";
-import { followJob, getJob, getReport, isActive, listDevices } from "../api.js";
+import { useEffect } from "preact/hooks";
+import { Actions } from "./actions.js";
 import { Downloads } from "./downloads.js";
 import { Facts } from "./facts.js";
+import { useRender } from "./follow.js";
 import { duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
 import { html } from "../html.js";
+import { Name, Tags } from "./label.js";
 import { Picture } from "../picture.js";
+import { Report } from "./report.js";
+import { reasonOf } from "../reasons.js";
 import { Badge, Bar, Notice, Offline } from "../states.js";
 
 const REFINE = 1500; // ms between two versions of the picture
 const SMALL = 320; // pixels; a picture up to this size shows its pixels rather than a blur
-const RETRY = 3000; // ms before a page that could not be loaded tries again
 
 const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
 
 export function Render({ id }) {
-  const { job, report, devices, problem, away } = useRender(id);
+  const { job, report, devices, problem, away, onChange } = useRender(id);
 
   useEffect(() => {
     scrollTo(0, 0);
@@ -43,8 +46,9 @@ export function Render({ id }) {
     <${Offline} when=${away} />
     <div class="heading">
       <a class="up" href="/" data-route>Renders</a>
-      <h1>${title(job)}</h1>
+      <${Name} job=${job} onChange=${onChange} />
       <${Badge} state=${job.state} label=${STATES[job.state]} />
+      <${Tags} job=${job} onChange=${onChange} />
     </div>
     <div class="render">
       <div class=${`stage large ${Math.max(job.width, job.height) <= SMALL ? "pixels" : ""}`} style=${{ "--width": job.width, "--height": job.height }}>
@@ -53,69 +57,27 @@ export function Render({ id }) {
       <div class="side">
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
         <${Progress} job=${job} report=${report} />
+        <${Actions} job=${job} report=${report} onChange=${onChange} />
         ${report?.contract && job.links.report_page && html`<p><a class="button" href=${job.links.report_page}>Report page <span class="fact">error, pictures of it</span></a></p>`}
         <${Downloads} job=${job} />
         <${Facts} job=${job} report=${report} devices=${devices} />
       </div>
     </div>
+    ${report && html`<${Report} job=${job} report=${report} />`}
   `;
-}
-
-function useRender(id) {
-  const [job, setJob] = useState(null);
-  const [report, setReport] = useState(null);
-  const [devices, setDevices] = useState([]);
-  const [problem, setProblem] = useState(null);
-  const [away, setAway] = useState(false);
-
-  useEffect(() => {
-    const abort = new AbortController();
-    let stop = () => {};
-    let timer;
-    const ignore = () => {}; // the page does without
-
-    async function start() {
-      try {
-        const loaded = await getJob(id, abort.signal);
-        if (abort.signal.aborted) return undefined;
-        setJob(loaded);
-        setProblem(null);
-        const finish = (done) => done.links.report && getReport(done, abort.signal).then(setReport, ignore);
-        if (!isActive(loaded)) return finish(loaded);
-        let latest = loaded;
-        stop = followJob(loaded, {
-          onJob: (summary) => setJob((latest = { ...latest, ...summary })),
-          onEnd: () => finish(latest),
-          onLost: setAway,
-        });
-      } catch (error) {
-        if (error.name === "AbortError") return undefined;
-        setProblem(error);
-        if (error.status !== 404) timer = setTimeout(start, RETRY);
-      }
-      return undefined;
-    }
-
-    start();
-    listDevices(abort.signal).then(({ items }) => setDevices(items), ignore);
-    return () => {
-      abort.abort();
-      clearTimeout(timer);
-      stop();
-    };
-  }, [id]);
-  return { job, report, devices, problem, away };
 }
 
 // The first line is the sentence; a compiler's or a driver's own words may follow it.
 function Failure({ job }) {
+  const { help } = reasonOf(job.error);
   const [sentence, ...rest] = (job.error || "The service gave no reason; its log may.").trim().split("\n");
   return html`
     <section class="failure" role="alert">
       <h2>This render failed</h2>
       <p>${sentence}</p>
       ${rest.length > 0 && html`<details><summary>Everything that was said</summary><pre>${rest.join("\n").trim()}</pre></details>`}
-      <p class="fact">It will not be tried again by itself. Its scene can be downloaded below, mended and submitted anew.</p>
+      <p class="fact">${help}</p>
+      <p class="fact">It will not be tried again by itself.</p>
     </section>
   `;
 }

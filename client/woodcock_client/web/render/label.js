@@ -1,0 +1,78 @@
+// A render's name and tags, changed where they stand.
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import { changeJob } from "../api.js";
+import { title } from "../format.js";
+import { html } from "../html.js";
+import { useOnce } from "../once.js";
+
+// onChange: given what has become of the job
+export function Name({ job, onChange }) {
+  const [editing, setEditing] = useState(false);
+  const button = useRef();
+  const { busy, problem, run } = useOnce(async (_, name) => {
+    if (name !== job.name) onChange(await changeJob(job, { name }));
+    setEditing(false);
+  });
+  const was = useRef(false);
+  useEffect(() => {
+    if (was.current && !editing) button.current.focus();
+    was.current = editing;
+  }, [editing]);
+  if (!editing) {
+    return html`
+      <h1>${title(job)}</h1>
+      <button type="button" class="small" ref=${button} onClick=${() => setEditing(true)}>Rename</button>
+    `;
+  }
+  return html`
+    <form class="rename" onSubmit=${(event) => { event.preventDefault(); run(new FormData(event.target).get("name").trim()); }}>
+      <h1 class="hidden">${title(job)}</h1>
+      <${Field} label="Name" name="name" value=${job.name} most="200" busy=${busy} onLeave=${() => setEditing(false)} />
+      <button class="small" disabled=${busy}>Save</button>
+      <button type="button" class="small" onClick=${() => setEditing(false)}>Leave it</button>
+      <span class="fault" role="alert">${problem?.message}</span>
+    </form>
+  `;
+}
+
+// A field that has the focus as soon as it is there.
+function Field({ label, name, value, most, busy, onLeave }) {
+  const field = useRef();
+  useEffect(() => field.current.select(), []);
+  return html`
+    <input ref=${field} name=${name} aria-label=${label} placeholder=${label} defaultValue=${value} maxlength=${most} readonly=${busy} onKeyDown=${(event) => event.key === "Escape" && onLeave()} />
+  `;
+}
+
+export function Tags({ job, onChange }) {
+  const [adding, setAdding] = useState(false);
+  const list = useRef();
+  const { busy, problem, run } = useOnce(async (_, tags) => {
+    onChange(await changeJob(job, { tags }));
+    setAdding(false);
+    list.current.querySelector("button:last-of-type")?.focus();
+  });
+  function add(event) {
+    event.preventDefault();
+    const tag = new FormData(event.target).get("tag").trim();
+    if (tag) run([...job.tags, tag]);
+    else setAdding(false);
+  }
+  return html`
+    <ul class="tags" aria-label="Tags" ref=${list}>
+      ${job.tags.map((tag) => html`
+        <li key=${tag} class="tag">
+          <a href=${`/?tag=${encodeURIComponent(tag)}`} data-route>${tag}</a>
+          <button type="button" aria-label=${`Remove the tag ${tag}`} disabled=${busy} onClick=${() => run(job.tags.filter((each) => each !== tag))}>×</button>
+        </li>
+      `)}
+      <li>
+        ${adding
+          ? html`<form class="rename" onSubmit=${add}><${Field} label="New tag" name="tag" value="" most="64" busy=${busy} onLeave=${() => setAdding(false)} /><button class="small" disabled=${busy}>Add</button></form>`
+          : html`<button type="button" class="small" onClick=${() => setAdding(true)}>Add tag</button>`}
+      </li>
+      <li><span class="fault" role="alert">${problem?.message}</span></li>
+    </ul>
+  `;
+}

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from typer.testing import CliRunner
@@ -15,26 +16,9 @@ from woodcock.scene import Scene
 from woodcock_client import Client, ServiceError
 from woodcock_client.cli import build
 
+from .pixels import shown
 from .real import serving
 from .service import WEB, Service
-
-
-def picture_range(page: Page) -> int:
-    """The picture's brightest value less its darkest, of 255."""
-    return int(
-        page.locator(".stage img").evaluate(
-            """async (image) => {
-                await image.decode();
-                const canvas = document.createElement("canvas");
-                [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
-                const draw = canvas.getContext("2d");
-                draw.drawImage(image, 0, 0);
-                const values = draw.getImageData(0, 0, canvas.width, canvas.height).data.filter((_, i) => i % 4 < 3);
-                return Math.max(...values) - Math.min(...values);
-            }"""
-        )
-    )
-
 
 # The service itself
 
@@ -70,9 +54,8 @@ def test_a_render_from_submission_to_download(page: Page, address: str, scene_js
     expect(page.get_by_role("heading", name="Error over time")).to_be_visible()
     expect(page.get_by_role("heading", name="Where the time went")).to_be_visible()
     expect(page.locator(".caution")).to_have_count(0)
-    picture = page.locator(".stage img")
-    expect(picture).to_be_visible()
-    assert picture_range(page) > 20
+    expect(page.get_by_label("Layer")).to_have_value("beauty")
+    assert np.ptp(shown(page.locator("canvas"))) > 20
 
     # Its files come down
     with page.expect_download() as exr:
@@ -108,8 +91,8 @@ def test_who_has_a_token_signs_in(
     page.get_by_label("Token").fill(made.stdout.strip())
     page.get_by_role("button", name="Sign in").click()
     expect(page.get_by_role("heading", name="a secret")).to_be_visible()
-    expect(page.locator(".stage img")).to_be_visible()
-    assert picture_range(page) > 10
+    expect(page.get_by_label("Layer")).to_have_value("beauty")
+    assert np.ptp(shown(page.locator("canvas"))) > 10
     assert page.evaluate("document.cookie") == "", "no script can read the token"
     page.reload()
     expect(page.get_by_role("heading", name="a secret")).to_be_visible()

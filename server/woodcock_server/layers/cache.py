@@ -27,6 +27,8 @@ class Cache:
                 self._held.move_to_end(key)
                 return self._held[key]
         found = read()
+        if _size(found) > self._limit:
+            return found
         with self._lock:
             self._held[key] = found
             while sum(map(_size, self._held.values())) > self._limit:

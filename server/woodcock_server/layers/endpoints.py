@@ -45,7 +45,8 @@ Size = Annotated[int, Query(ge=1, le=1 << 16, description="Pixels.")]
 
 @router.get("/{id}/layers", responses=problem_schema(404))
 async def list_layers(row: Existing, services: Provided) -> LayerList:
-    """What the picture is made of so far: the beauty, what the scene asks for, variances and counts of samples."""
+    """What the picture is made of so far: the beauty, what the scene asks for, variances and counts of samples. None as
+    long as nothing was kept of it."""
 
     def listed(picture: Picture) -> LayerList:
         return LayerList(
@@ -55,7 +56,13 @@ async def list_layers(row: Existing, services: Provided) -> LayerList:
             layers=values.described(picture, f"{PREFIX}/{row['id']}/layers"),
         )
 
-    return await _looked(services, row, listed)
+    try:
+        return await _looked(services, row, listed)
+    except Unseen:
+        if State(row["state"]).final:
+            raise
+        film = row["scene"]["film"]
+        return LayerList(width=film["width"], height=film["height"], samples=0, layers=[])
 
 
 @router.get(

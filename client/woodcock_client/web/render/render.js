@@ -8,17 +8,14 @@ import { useRender } from "./follow.js";
 import { duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
 import { html } from "../html.js";
 import { Name, Tags } from "./label.js";
-import { Picture } from "../picture.js";
 import { Report } from "./report.js";
 import { reasonOf } from "../reasons.js";
 import { Badge, Bar, Notice, Offline } from "../states.js";
-
-const REFINE = 1500; // ms between two versions of the picture
-const SMALL = 320; // pixels; a picture up to this size shows its pixels rather than a blur
+import { Viewer } from "../viewer/viewer.js";
 
 const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
 
-export function Render({ id }) {
+export function Render({ id, query }) {
   const { job, report, devices, problem, away, onChange } = useRender(id);
 
   useEffect(() => {
@@ -51,9 +48,7 @@ export function Render({ id }) {
       <${Tags} job=${job} onChange=${onChange} />
     </div>
     <div class="render">
-      <div class=${`stage large ${Math.max(job.width, job.height) <= SMALL ? "pixels" : ""}`} style=${{ "--width": job.width, "--height": job.height }}>
-        <${Picture} job=${job} every=${REFINE} />
-      </div>
+      <${Viewer} job=${job} query=${query} />
       <div class="side">
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
         <${Progress} job=${job} report=${report} />
@@ -128,7 +123,7 @@ const inUnits = (rmse, relative) =>
 const Loading = () => html`
   <div class="heading" role="status"><a class="up" href="/" data-route>Renders</a><h1>Loading…</h1></div>
   <div class="render" aria-hidden="true">
-    <div class="stage large"></div>
+    <div class="viewer"><div class="stage large"></div></div>
     <div class="side"></div>
   </div>
 `;

@@ -9,8 +9,12 @@ export const mapOf = (view, data) => view.map ?? (data.kind === "quantity" ? "vi
 
 export const isLogarithmic = (view, data) => view.log ?? data.unit === "radiance²";
 
-// [low, high] of the false colours.
-export const rangeShown = (view, data) => view.range ?? rangeOf(data, view.channel, isLogarithmic(view, data));
+// [low, high] of the false colours. Logarithms begin above 0.
+export function rangeShown(view, data) {
+  const logarithmic = isLogarithmic(view, data);
+  const fits = view.range && !(logarithmic && view.range[0] <= 0);
+  return fits ? view.range : rangeOf(data, view.channel, logarithmic);
+}
 
 // In stops; the first one is that of the preview.
 export function exposureShown(view, data) {

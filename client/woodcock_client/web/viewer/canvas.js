@@ -3,7 +3,8 @@
 // data: {width, height, channels: names of one or three, values: Uint16Array of halves, scale}, and, as layers.js has them,
 // kind and unit. view: view.js, and `inside` for a panorama. onView(view) after it was moved or made larger;
 // onPoint({x, y} or null): the picture's pixel under the pointer or, with keys, in the middle; onCrop({x, y, width, height})
-// if a rectangle may be chosen; onFault(sentence) where nothing can be drawn. label: what the picture is, in words.
+// if a rectangle may be chosen; onSize({width, height, ratio}) of the canvas, as placement.js wants it; onFault(sentence)
+// where nothing can be drawn. label: what the picture is, in words; describedBy: the id of what says its keys.
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { html } from "../html.js";
@@ -15,7 +16,7 @@ import { fitted, oneToOne, panned, pixelAt, place, zoomed } from "./placement.js
 const PATIENCE = 4000; // ms for a lost context to come back
 const MARKED = 6; // pixels of the page for one of the picture from which on the one under the pointer is marked
 
-export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, describedBy }) {
+export function Canvas({ data, view, onView, onPoint, onCrop, onSize, onFault, label, describedBy }) {
   const canvas = useRef();
   const screen = useRef(null);
   const now = useRef();
@@ -23,7 +24,7 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
   const [point, setPoint] = useState(null); // of the picture
   const [chosen, setChosen] = useState(null); // what is being chosen
   const [drawable, setDrawable] = useState(0); // how often a context came
-  now.current = { data, view, size, onView, onPoint, onCrop, onFault };
+  now.current = { data, view, size, onView, onPoint, onCrop, onSize, onFault };
 
   useEffect(() => {
     const element = canvas.current;
@@ -60,7 +61,9 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
   useLayoutEffect(() => {
     const observer = new ResizeObserver(([{ contentRect: { width, height } }]) => {
       const ratio = devicePixelRatio;
-      setSize({ width: Math.max(1, Math.round(width * ratio)), height: Math.max(1, Math.round(height * ratio)), ratio });
+      const found = { width: Math.max(1, Math.round(width * ratio)), height: Math.max(1, Math.round(height * ratio)), ratio };
+      setSize(found);
+      now.current.onSize?.(found);
     });
     observer.observe(canvas.current);
     return () => observer.disconnect();
@@ -68,9 +71,11 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
 
   useEffect(() => {
     const scaled = ({ x, y }) => ({ x: x * now.current.size.ratio, y: y * now.current.size.ratio });
-    const pixel = (at, view) => {
-      const { data, size } = now.current;
-      return pixelAt(place(view, data, size), data, size, scaled(at));
+    const see = (at) => {
+      const { data, view, size } = now.current;
+      const found = at && pixelAt(place(view, data, size), data, size, at);
+      setPoint(found);
+      now.current.onPoint?.(found);
     };
     const show = (view) => {
       now.current.view = view; // several may come before it is drawn
@@ -85,11 +90,8 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
         const { view, data, size } = now.current;
         show(zoomed(view, data, size, factor, at && scaled(at)));
       },
-      onPoint(at) {
-        const found = at && pixel(at, now.current.view);
-        setPoint(found);
-        now.current.onPoint?.(found);
-      },
+      onPoint: (at) => see(at && scaled(at)),
+      onMiddle: () => see({ x: now.current.size.width / 2, y: now.current.size.height / 2 }),
       onChoose(from, to, done) {
         const { data, view, size, onCrop } = now.current;
         if (!onCrop || view.inside) return;
@@ -97,13 +99,16 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
         setChosen(done ? null : crop);
         if (done && crop) onCrop(crop);
       },
+      onFit: () => show(fitted(now.current.view)),
+      onOne: () => show(oneToOne(now.current.view, now.current.data, now.current.size)),
     });
   }, []);
 
   useLayoutEffect(() => {
     if (!size || !drawable) return;
+    const { width, height } = size;
     const element = canvas.current;
-    if (element.width !== size.width || element.height !== size.height) Object.assign(element, { width: size.width, height: size.height });
+    if (element.width !== width || element.height !== height) Object.assign(element, { width, height });
     try {
       screen.current.show(data);
       screen.current.draw(looks(view, data), place(view, data, size));
@@ -112,12 +117,6 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
       onFault?.(error.message);
     }
   }, [data, view, size, drawable]);
-
-  function onKeyDown(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || !size) return;
-    if (event.key === "0") onView(fitted(view));
-    else if (event.key === "1") onView(oneToOne(view, data, size));
-  }
 
   const placed = size && place(view, data, size);
   const frame = chosen ?? view.crop;
@@ -131,7 +130,7 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onFault, label, de
         aria-roledescription="picture"
         aria-label=${label}
         aria-describedby=${describedBy}
-        onKeyDown=${onKeyDown}
+        style=${{ touchAction: placed && !placed.panorama && placed.zoom <= placed.fit ? "pan-y" : "none" }}
       ></canvas>
       ${placed && !placed.panorama && frame && html`<i class="frame" style=${around(frame, placed, size)}></i>`}
       ${large && !placed.panorama && point && html`<i class="mark" style=${around({ ...point, width: 1, height: 1 }, placed, size)}></i>`}

@@ -8,9 +8,9 @@ const ZOOM_KEYS = { "+": Math.SQRT2, "=": Math.SQRT2, "-": Math.SQRT1_2, _: Math
 
 // Listens to an element. Points and distances are in pixels of the page, from the element's upper left corner.
 //
-// onMove(dx, dy), onZoom(factor, point), onPoint(point or null); onChoose(from, to, done) while a rectangle is chosen with
-// the shift key held. Returns a function that stops it.
-export function listen(element, { onMove, onZoom, onPoint, onChoose }) {
+// onMove(dx, dy), onZoom(factor, point); onPoint(point or null), and onMiddle() when keys are used; onChoose(from, to, done) while a rectangle is chosen with
+// the shift key held; onFit() and onOne() for all of it, and for its own size. Returns a function that stops it.
+export function listen(element, { onMove, onZoom, onPoint, onMiddle, onChoose, onFit, onOne }) {
   const held = new Map(); // points by pointer
   let from = null; // where a rectangle begins
 
@@ -39,7 +39,9 @@ export function listen(element, { onMove, onZoom, onPoint, onChoose }) {
       const apart = (a) => Math.hypot(a.x - other.x, a.y - other.y) || 1;
       onZoom(apart(point) / apart(before), { x: (point.x + other.x) / 2, y: (point.y + other.y) / 2 });
       onMove((point.x - before.x) / 2, (point.y - before.y) / 2);
-    } else onMove(point.x - before.x, point.y - before.y);
+    } else if (event.pointerType !== "touch" || element.style.touchAction === "none") {
+      onMove(point.x - before.x, point.y - before.y); // else a finger moves the page
+    }
   }
 
   function up(event) {
@@ -60,10 +62,11 @@ export function listen(element, { onMove, onZoom, onPoint, onChoose }) {
     const step = KEYS[event.key]?.map((each) => each * STEP * (event.shiftKey ? 4 : 1));
     if (step) onMove(...step);
     else if (ZOOM_KEYS[event.key]) onZoom(ZOOM_KEYS[event.key]);
+    else if (event.key === "0") onFit();
+    else if (event.key === "1") onOne();
     else return;
     event.preventDefault();
-    const { width, height } = element.getBoundingClientRect();
-    onPoint({ x: width / 2, y: height / 2 });
+    onMiddle();
   }
 
   const leave = () => onPoint(null);

@@ -28,8 +28,8 @@ export function place(view, data, canvas) {
   x = clamp(x ?? data.width / 2, 0, data.width);
   y = clamp(y ?? data.height / 2, 0, data.height);
   // Whole pixels: at whole zooms the picture's are as large as each other, and sharp.
-  const left = Math.round(canvas.width / 2 - x * zoom);
-  const top = Math.round(canvas.height / 2 - y * zoom);
+  const left = Math.floor(canvas.width / 2 - x * zoom);
+  const top = Math.floor(canvas.height / 2 - y * zoom);
   return { panorama: false, yaw: 0, pitch: 0, tangent: 1, many: 1, zoom, left, top, x, y, fit };
 }
 

@@ -11,47 +11,45 @@ export function weightsOf({ channels }, channel) {
   return channels.join("") === "RGB" ? LUMINANCE : channels.map((_, index) => (index === 0 ? 1 : 0));
 }
 
-// Numbers by their size, as counts.
+// Numbers by their size, smallest first: `numbers`, and how often each is there or one that is hardly larger, `counts`.
 class Distribution {
   constructor(numbers) {
     const bits = new Uint32Array(numbers.buffer);
-    this.counts = new Uint32Array(2 ** (32 - DIGITS));
-    this.total = 0;
+    const tally = new Uint32Array(2 ** (32 - DIGITS));
     for (let index = 0; index < numbers.length; index++) {
       if (Number.isNaN(numbers[index])) continue;
       const size = bits[index];
-      this.counts[(size >>> 31 ? ~size : size | 0x80000000) >>> DIGITS] += 1; // in the order of the numbers
-      this.total += 1;
+      tally[(size >>> 31 ? ~size : size | 0x80000000) >>> DIGITS] += 1; // in the order of the numbers
     }
-  }
-
-  // For each count that is not 0: onCount(number, count), smallest first.
-  each(onCount) {
-    const size = new Uint32Array(1);
+    this.numbers = [];
+    this.counts = [];
+    const size = new Int32Array(1);
     const number = new Float32Array(size.buffer);
-    for (let key = 0; key < this.counts.length; key++) {
-      if (this.counts[key] === 0) continue;
+    for (let key = 0; key < tally.length; key++) {
+      if (tally[key] === 0) continue;
       const ordered = key << DIGITS;
       size[0] = (ordered < 0 ? ordered ^ 0x80000000 : ~ordered) & (-1 << DIGITS);
-      onCount(number[0], this.counts[key]);
+      this.numbers.push(number[0]);
+      this.counts.push(tally[key]);
     }
+    this.total = this.counts.reduce((sum, each) => sum + each, 0);
   }
 
   // Numbers that so many of a hundred are not above, linearly between neighbours, as numpy.percentile has them. above:
   // of the numbers above this one alone. Null where there are none.
   percentiles(wanted, above = -Infinity) {
-    const known = [];
-    let total = 0;
-    this.each((number, count) => {
-      if (number <= above) return;
-      known.push([number, (total += count)]);
-    });
-    if (total === 0) return null;
-    const at = (rank) => known.find(([, upTo]) => upTo > rank)[0];
+    const first = this.numbers.findIndex((number) => number > above);
+    if (first < 0) return null;
+    const total = this.counts.slice(first).reduce((sum, each) => sum + each, 0);
+    const at = (rank) => {
+      let index = first;
+      for (let before = this.counts[first]; before <= rank; before += this.counts[index]) index += 1;
+      return this.numbers[index];
+    };
     return wanted.map((percent) => {
       const rank = ((total - 1) * percent) / 100;
       const low = at(Math.floor(rank));
-      return low + (at(Math.min(Math.ceil(rank), total - 1)) - low) * (rank % 1);
+      return low + (at(Math.ceil(rank)) - low) * (rank % 1);
     });
   }
 }
@@ -99,9 +97,9 @@ export function histogramOf(data, channel, logarithmic, steps) {
     const of = logarithmic ? Math.log : (number) => number;
     const counts = new Array(steps).fill(0);
     const width = of(high) - of(low) || 1;
-    distribution.each((number, count) => {
-      if (number < low) return;
-      counts[Math.min(steps - 1, Math.floor((steps * (of(number) - of(low))) / width))] += count;
+    distribution.numbers.forEach((number, index) => {
+      const step = Math.min(steps - 1, Math.floor((steps * (of(number) - of(low))) / width));
+      if (number >= low) counts[step] += distribution.counts[index];
     });
     return { low: low * data.scale, high: high * data.scale, counts };
   });

@@ -38,8 +38,13 @@ def rel_mse(picture: Array, reference: Array, variance: Array | None = None) -> 
     (2011) have a constant. 0 / 0 = 0; huge where only the reference is black.
     """
     over = reference**2 + epsilon(reference)
-    squares = _mean(_share((picture - reference) ** 2, over))
+    squares = _mean(relative_squares(picture, reference))
     return _without(squares, None if variance is None else _share(variance, over))
+
+
+def relative_squares(picture: Array, reference: Array) -> Array:
+    """(I - R)² / (R² + ε) of every channel of every pixel, whose mean is `rel_mse` without a variance."""
+    return _share((picture - reference) ** 2, reference**2 + epsilon(reference))
 
 
 def estimated_rel_mse(picture: Array, variance: Array) -> float:
@@ -58,7 +63,12 @@ def smape(picture: Array, reference: Array) -> float:
 
     Makridakis (1993). The reference's noise adds to it, and cannot be subtracted.
     """
-    return _mean(_share(np.abs(picture - reference), np.abs(picture) + np.abs(reference)))
+    return _mean(symmetric_errors(picture, reference))
+
+
+def symmetric_errors(picture: Array, reference: Array) -> Array:
+    """|I - R| / (|I| + |R|) of every channel of every pixel."""
+    return _share(np.abs(picture - reference), np.abs(picture) + np.abs(reference))
 
 
 def bias(picture: Array, reference: Array) -> float:
@@ -81,8 +91,14 @@ def flip(picture: Array, reference: Array) -> float | None:
     Andersson et al. (2021), by NVIDIA's flip-evaluator, at 67 pixels a degree. Radiance is linear Rec. 709 of any unit:
     the exposures go, a stop apart, from where the reference's maximum is white to where its median is (that of the
     pixels that are not black, where most are); of every pixel the largest error counts. Negative radiance counts as 0.
-    None where the package is not installed, or the reference is black.
+    None where the package is not installed, or the reference is black. Python's other threads wait meanwhile.
     """
+    errors = flip_errors(picture, reference)
+    return None if errors is None else float(errors.mean(dtype=np.float64))
+
+
+def flip_errors(picture: Array, reference: Array) -> Array | None:
+    """HDR-ꟻLIP of every pixel, (height, width, 1)."""
     stops = flip_stops(reference)
     if flip_evaluator is None or stops is None:
         return None
@@ -90,8 +106,8 @@ def flip(picture: Array, reference: Array) -> float | None:
     shown = [np.clip(np.broadcast_to(one / white, (*one.shape[:2], 3)), 0, 1e6) for one in (reference, picture)]
     exposures = {"startExposure": _FIRST_STOP, "stopExposure": _FIRST_STOP + stops, "numExposures": _exposures(stops)}
     images = [np.ascontiguousarray(one, np.float32) for one in shown]
-    _, mean, _ = flip_evaluator.evaluate(*images, "HDR", applyMagma=False, parameters=exposures)
-    return float(mean)
+    errors, _, _ = flip_evaluator.evaluate(*images, "HDR", applyMagma=False, parameters=exposures)
+    return np.asarray(errors)
 
 
 def flip_seconds(reference: Array) -> float:

@@ -37,12 +37,17 @@ def read_picture(path: Path) -> NDArray[np.float32]:
 def read_variance(path: Path) -> tuple[NDArray[np.float32] | None, dict[str, str]]:
     """Of the same channels, those named `variance.…`, None where there are none; and the file's `woodcock:…` header
     without that prefix. Raises ImageError."""
+    return read_beside(path, "variance")
+
+
+def read_beside(path: Path, layer: str) -> tuple[NDArray[np.float32] | None, dict[str, str]]:
+    """As `read_variance`, of another layer that has the picture's channels: `bound`, `denoised`."""
     with _opened(path) as image:
         names = list(image.spec().channelnames)
-        wanted = [f"variance.{names[index]}" for index in _channels(names)]
+        wanted = [f"{layer}.{names[index]}" for index in _channels(names)]
         known = set(wanted) <= set(names)
-        variance = _pixels(path, image, [names.index(name) for name in wanted]) if known else None
-        return variance, header_of(image.spec())
+        pixels = _pixels(path, image, [names.index(name) for name in wanted]) if known else None
+        return pixels, header_of(image.spec())
 
 
 @contextmanager

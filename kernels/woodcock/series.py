@@ -86,19 +86,24 @@ def against(film: Film, reference: Reference, flip_within: float = math.inf) -> 
     """
     beauty = film.layer("")
     shape = np.broadcast_shapes(beauty.mean.shape, reference.mean.shape)
-    mean, truth = np.broadcast_to(beauty.mean, shape), np.broadcast_to(reference.mean, shape)
-    variance: Array | None = None
-    if reference.variance is not None:
-        variance = np.broadcast_to(reference.variance, shape)
-    error = metrics.bias_error(np.broadcast_to(beauty.variance(), shape), *([] if variance is None else [variance]))
+    mean, variance, truth = (np.broadcast_to(one, shape) for one in (beauty.mean, beauty.variance(), reference.mean))
+    its = None if reference.variance is None else np.broadcast_to(reference.variance, shape)
+    return held_against(mean, variance, truth, its, flip_within)
+
+
+def held_against(
+    mean: Array, variance: Array | None, truth: Array, its: Array | None, flip_within: float = math.inf
+) -> Against:
+    """A picture and its variance against a reference and its own, all of one shape; None: not known."""
+    error = math.nan if variance is None else metrics.bias_error(variance, *([] if its is None else [its]))
     return {
-        "mse": metrics.mse(mean, truth, variance),
-        "rel_mse": metrics.rel_mse(mean, truth, variance),
+        "mse": metrics.mse(mean, truth, its),
+        "rel_mse": metrics.rel_mse(mean, truth, its),
         "smape": metrics.smape(mean, truth),
         "bias": metrics.bias(mean, truth),
         "bias_error": error if math.isfinite(error) else None,
         "flip": metrics.flip(mean, truth) if metrics.flip_seconds(truth) < flip_within else None,
-        "reference_mse": None if variance is None else metrics.noise(variance),
+        "reference_mse": None if its is None else metrics.noise(its),
     }
 
 

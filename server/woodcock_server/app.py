@@ -27,6 +27,8 @@ from woodcock_server.database import open_database
 from woodcock_server.devices import endpoints as devices
 from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.service import discover
+from woodcock_server.differences import endpoints as differences
+from woodcock_server.differences.service import Differences
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
@@ -88,6 +90,7 @@ def create_app(settings: Settings) -> FastAPI:
                     dispatcher,
                     metrics,
                     parser,
+                    Differences(storage),
                     limits,
                     rule,
                     Pictures(storage),
@@ -110,7 +113,7 @@ def create_app(settings: Settings) -> FastAPI:
         "dependencies": [Depends(guard.authorized)],
         "responses": problems.problem_schema(401, 403),
     }
-    for endpoints in (jobs, layers, batches, comparisons, volumes, devices, retention):
+    for endpoints in (jobs, layers, differences, batches, comparisons, volumes, devices, retention):
         app.include_router(endpoints.router, **guarded)
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
     # Public: what tells nothing of anybody's work.

@@ -11,6 +11,7 @@ from sqlalchemy import Engine
 
 from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.service import Found
+from woodcock_server.differences.service import Differences
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.jobs.limits import Limits
@@ -32,6 +33,7 @@ class Services:
     dispatcher: Dispatcher
     metrics: Metrics
     parser: Parser
+    differences: Differences
     limits: Limits
     retention: Rule
     pictures: Pictures

@@ -193,7 +193,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._json(200, {"items": [{"id": id, **device} for id, device in self.service.devices.items()]})
             case ["api", "v1", "devices", id, "stability"] if id in self.service.checks:
                 self._json(200, self.service.checks[id])
-            case [""] | ["fleet"] | ["renders" | "batches", _]:
+            case [""] | ["compare"] | ["submit"] | ["fleet"] | ["renders" | "batches", _]:
                 self._file(WEB / "index.html")
             case ["web", *parts] if WEB.joinpath(*parts).is_file():
                 self._file(WEB.joinpath(*parts))

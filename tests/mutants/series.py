@@ -34,7 +34,7 @@ SINS = (
     Sin(
         "the bias of a noisy reference is the picture's",
         device("series.py"),
-        "*([] if variance is None else [variance])",
+        "*([] if its is None else [its])",
         "*[]",
         (f"{SERIES}::test_against_a_reference",),
     ),

@@ -41,7 +41,7 @@ def test_devices_say_what_they_are(service: Service) -> None:
         }  # fmt: skip
 
 
-@pytest.mark.parametrize("path", ["/", "/renders/any", "/batches/any", "/fleet", "/web/index.html"])
+@pytest.mark.parametrize("path", ["/", "/renders/any", "/batches/any", "/compare", "/submit", "/fleet", "/web/index.html"])
 def test_the_gallery_is_served(client: TestClient, path: str) -> None:
     answer = client.get(path)
     assert answer.status_code == 200
@@ -64,6 +64,7 @@ def test_the_api_describes_itself(client: TestClient) -> None:
         "/api/v1/jobs/{id}/extend", "/api/v1/jobs/{id}/image.exr",
         "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/thumbnail.webp", "/api/v1/jobs/{id}/report.json",
         "/api/v1/jobs/{id}/report.html",
+        "/api/v1/jobs/{id}/differences/{other}", "/api/v1/jobs/{id}/differences/{other}/{map}",
         "/api/v1/jobs/{id}/layers", "/api/v1/jobs/{id}/layers/{name}", "/api/v1/jobs/{id}/pixels",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
         "/api/v1/retention", "/api/v1/session", "/healthz", "/readyz", "/metrics",

@@ -102,6 +102,16 @@ export async function getLayer(link, signal) {
 
 export const getPixels = (job, { x, y, width = 1, height = 1 }, signal) =>
   get(`${job.links.self}/pixels?${new URLSearchParams({ x, y, width, height })}`, signal);
+// Comparing
+
+// Jobs that have succeeded, newest first. wanted: {text} in their name, {batch} that they are of.
+export const findFinished = (wanted, signal) =>
+  get(`${ROOT}/jobs?${new URLSearchParams({ state: "succeeded", limit: 100, ...wanted })}`, signal);
+
+// How far a job's picture is from another's, the reference; flip: with FLIP, which takes seconds.
+export const getDifference = (id, reference, { flip }, signal) =>
+  get(`${ROOT}/jobs/${encodeURIComponent(id)}/differences/${encodeURIComponent(reference)}?flip=${flip}`, signal);
+
 // A render's life. job: as it was asked for; change: some of its name, tags and pinned; stop: a stricter contract.
 
 export const submitJob = (job, key) => send("POST", `${ROOT}/jobs`, job, { key });
@@ -125,8 +135,6 @@ const stabilityOf = (device) => `${ROOT}/devices/${encodeURIComponent(device.id)
 export const getStability = (device, signal) => get(stabilityOf(device), signal);
 
 export const checkStability = (device) => send("POST", stabilityOf(device));
-
-export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
 
 export const jobsThatAre = (state, limit, signal) => get(`${ROOT}/jobs?${new URLSearchParams({ state, limit })}`, signal);
 

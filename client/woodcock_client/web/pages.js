@@ -20,6 +20,11 @@ export const PAGES = [
     key: ({ id }) => `batch ${id}`,
   },
   {
+    path: /^\/compare\/?$/,
+    load: () => import("./compare/compare.js").then((module) => module.Compare),
+    key: (_, query) => `compare ${query.get("renders")}`,
+  },
+  {
     path: /^\/fleet\/?$/,
     load: () => import("./fleet/fleet.js").then((module) => module.Fleet),
     key: () => "fleet",

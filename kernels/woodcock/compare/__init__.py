@@ -3,6 +3,7 @@
 vary.py        which scenes                  efficiency.py   1 / (variance × time), and how far a ratio is known
 agreement.py   do they show the same?        judge.py        rows, and who wins
 run.py         the rendering, in turns       page.py         the page
+rendered.py    a finished picture            noise.py        is the difference of two noise or bias?
 """
 
 from __future__ import annotations

@@ -52,17 +52,23 @@ def of_reference(reference: Reference) -> list[Mean] | None:
 
 def of_picture(luminance: Array, deviation: Array, bound: Array) -> list[Mean]:
     """deviation: at least the standard error of each pixel; each is (height, width)."""
-    rows, columns = (np.array_split(np.arange(size), min(PARTS, size)) for size in luminance.shape)
-    parts = [np.ix_(r, c) for r in rows for c in columns]
-    whole = np.ix_(np.arange(luminance.shape[0]), np.arange(luminance.shape[1]))
     return [
         Mean(
             float(luminance[part].mean()),
             float(np.sqrt(np.sum(deviation[part] ** 2)) / luminance[part].size),
             float(bound[part].mean()),
         )
-        for part in [whole, *parts]
+        for part in regions(*luminance.shape)
     ]
+
+
+def regions(height: int, width: int) -> list[tuple[slice, slice]]:
+    """Rows and columns of the whole, then of the parts, row by row."""
+    rows, columns = (
+        [slice(int(part[0]), int(part[-1]) + 1) for part in np.array_split(np.arange(size), min(PARTS, size))]
+        for size in (height, width)
+    )
+    return [(slice(0, height), slice(0, width)), *((r, c) for r in rows for c in columns)]
 
 
 def disagreeing(found: Sequence[Sequence[Mean]], truth: Sequence[Mean] | None = None) -> list[int]:
@@ -73,15 +79,15 @@ def disagreeing(found: Sequence[Sequence[Mean]], truth: Sequence[Mean] | None = 
     """
     count = len(found)
     if truth is not None:
-        limit = _limit(count * len(truth))
+        limit = most_by_chance(count * len(truth))
         return [i for i in range(count) if _distance(found[i], truth) > limit]
-    limit = _limit(math.comb(count, 2) * len(found[0]))
+    limit = most_by_chance(math.comb(count, 2) * len(found[0]))
     friends = [{j for j in range(count) if j == i or _distance(found[i], found[j]) <= limit} for i in range(count)]
     largest = max(friends, key=len)
     return [i for i in range(count) if i not in largest] if 2 * len(largest) > count else list(range(count))
 
 
-def _limit(tests: int) -> float:
+def most_by_chance(tests: int) -> float:
     """Standard errors that a test may find by chance, at a level of FAMILY_WISE for all of them."""
     level = -math.expm1(math.log1p(-FAMILY_WISE) / max(tests, 1))
     return NormalDist().inv_cdf(1 - level / 2)
@@ -89,10 +95,11 @@ def _limit(tests: int) -> float:
 
 def _distance(a: Sequence[Mean], b: Sequence[Mean]) -> float:
     """The largest deviation of their means, in standard errors; those that are not known do not count."""
-    return max((_deviation(x, y) for x, y in zip(a, b, strict=True)), default=0.0)
+    return max((apart(x, y) for x, y in zip(a, b, strict=True)), default=0.0)
 
 
-def _deviation(a: Mean, b: Mean) -> float:
+def apart(a: Mean, b: Mean) -> float:
+    """How far apart they are, in standard errors; 0 where those are not known."""
     error = math.hypot(a.error, b.error)
     if not math.isfinite(error):
         return 0.0

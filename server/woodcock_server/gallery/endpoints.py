@@ -1,4 +1,4 @@
-"""/, /renders/{id}, /batches/{id}, /fleet and /web"""
+"""/, /renders/{id}, /batches/{id}, /compare, /submit, /fleet and /web"""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ static = StaticFiles(directory=WEB)
 @router.get("/")
 @router.get("/renders/{id}")
 @router.get("/batches/{id}")
+@router.get("/compare")
 @router.get("/fleet")
 def page() -> FileResponse:
     """One page shows them all; it reads its own address."""

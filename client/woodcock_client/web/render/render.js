@@ -13,8 +13,6 @@ import { reasonOf } from "../reasons.js";
 import { Badge, Bar, Notice, Offline } from "../states.js";
 import { Viewer } from "../viewer/viewer.js";
 
-const RETRY = 3000; // ms before a page that could not be loaded tries again
-
 const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
 
 export function Render({ id, query }) {

@@ -41,3 +41,9 @@ export function largestOf({ values, channels }) {
   }
   return numbers;
 }
+
+// What the channels of a pixel hold.
+export function valuesAt({ values, channels, width, scale }, { x, y }) {
+  const at = (y * width + x) * channels.length;
+  return channels.map((_, channel) => NUMBERS[values[at + channel]] * scale);
+}

@@ -18,6 +18,7 @@ from woodcock_server.metrics import Metrics
 from woodcock_server.retention.due import Rule
 from woodcock_server.storage import Storage
 from woodcock_server.volumes.parser import Parser
+from woodcock_server.volumes.slices import Slices
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Services:
     dispatcher: Dispatcher
     metrics: Metrics
     parser: Parser
+    slices: Slices
     limits: Limits
     retention: Rule
     insecure: bool  # nobody is asked for a token

@@ -3,12 +3,15 @@
 const ROOT = "/api/v1";
 
 export class Problem extends Error {
-  // status 0: no answer at all
-  constructor(status, detail) {
+  // status 0: no answer at all; errors: of single fields, {field, message}
+  constructor(status, detail, errors = []) {
     super(detail);
     this.status = status;
+    this.errors = errors;
   }
 }
+
+const NO_ANSWER = "The service does not answer.";
 
 // Said to the window when the service asks who is there: the gallery shows where to sign in.
 export const SIGNED_OUT = "woodcock-signed-out";
@@ -19,20 +22,25 @@ async function ask(path, options) {
     response = await fetch(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
   } catch (error) {
     if (error.name === "AbortError") throw error;
-    throw new Problem(0, "The service does not answer.");
+    throw new Problem(0, NO_ANSWER);
   }
+  if (response.status === 204) return null;
   const body = await response.json().catch(() => null);
-  if (!response.ok || body === null) {
-    if (response.status === 401) dispatchEvent(new Event(SIGNED_OUT));
-    throw new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
-  }
+  if (!response.ok || body === null) throw refusal(response.status, body);
   return body;
+}
+
+function refusal(status, body) {
+  if (status === 401) dispatchEvent(new Event(SIGNED_OUT));
+  return new Problem(status, body?.detail || `The service answered ${status}.`, body?.errors);
 }
 
 const get = (path, signal) => ask(path, { signal });
 
-export const signIn = (token) =>
-  ask(`${ROOT}/session`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ token }) });
+const post = (path, body, { signal, headers } = {}) =>
+  ask(path, { method: "POST", headers: { "Content-Type": "application/json", ...headers }, body: JSON.stringify(body), signal });
+
+export const signIn = (token) => post(`${ROOT}/session`, { token });
 
 export const listJobs = ({ limit, cursor, batch }, signal) => {
   const query = new URLSearchParams({ limit });
@@ -87,4 +95,50 @@ export function followJob(job, { onJob, onEnd, onLost }) {
   document.addEventListener("visibilitychange", open);
   open();
   return stop;
+}
+
+// Submitting
+
+// The schemas of everything that the API takes, by name.
+export const getSchemas = (signal) => get("/openapi.json", signal).then((api) => api.components.schemas);
+
+export const listExamples = (signal) => get(`${ROOT}/examples`, signal);
+
+export const validateJob = (job, signal) => post(`${ROOT}/jobs/validate`, job, { signal });
+
+export const checkJob = (job, signal) => post(`${ROOT}/jobs/check`, job, { signal });
+
+// key: under which it may be sent again without being done twice
+export const submitJob = (job, key) => post(`${ROOT}/jobs`, job, { headers: { "Idempotency-Key": key } });
+
+export const submitBatch = (batch, key) => post(`${ROOT}/batches`, batch, { headers: { "Idempotency-Key": key } });
+
+// Files that scenes name
+
+export const listVolumes = (cursor, signal) => {
+  const query = new URLSearchParams({ limit: 20 });
+  if (cursor) query.set("cursor", cursor);
+  return get(`${ROOT}/volumes?${query}`, signal);
+};
+
+export const getRange = (id, grid, signal) =>
+  get(`${ROOT}/volumes/${encodeURIComponent(id)}/range?${new URLSearchParams({ grid })}`, signal);
+
+export const sliceAddress = (id, { grid, axis, position }) =>
+  `${ROOT}/volumes/${encodeURIComponent(id)}/slice.png?${new URLSearchParams({ grid, axis, position })}`;
+
+// Sends a File, calls onProgress with the share that is sent, and resolves to what it is. fetch() tells no progress.
+export function uploadVolume(file, onProgress, signal) {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", `${ROOT}/volumes?${new URLSearchParams({ name: file.name })}`);
+    request.responseType = "json";
+    request.upload.onprogress = (event) => event.lengthComputable && onProgress(event.loaded / event.total);
+    request.onload = () =>
+      request.status < 300 ? resolve(request.response) : reject(refusal(request.status, request.response));
+    request.onerror = () => reject(new Problem(0, NO_ANSWER));
+    request.onabort = () => reject(new DOMException("", "AbortError"));
+    signal.addEventListener("abort", () => request.abort());
+    request.send(file);
+  });
 }

@@ -38,7 +38,10 @@ function usePage(address) {
   return shown;
 }
 
-const LINKS = [["/", "Renders"]];
+const LINKS = [
+  ["/", "Renders"],
+  ["/submit", "New"],
+];
 
 function App() {
   const address = useAddress();

@@ -20,6 +20,13 @@ export function number(x) {
 
 export const percent = (x) => `${number(100 * x)} %`;
 
+const UNITS = ["bytes", "kB", "MB", "GB", "TB"];
+
+export function bytes(n) {
+  const power = Math.min(n < 1000 ? 0 : Math.floor(Math.log10(n) / 3), UNITS.length - 1);
+  return `${number(n / 1000 ** power)} ${UNITS[power]}`;
+}
+
 export function duration(seconds) {
   if (seconds === 0) return "0 s";
   if (seconds < 0.1) return `${number(1000 * seconds)} ms`;

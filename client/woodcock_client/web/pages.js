@@ -14,6 +14,11 @@ export const PAGES = [
     load: () => import("./render/render.js").then((module) => module.Render),
     key: ({ id }) => `render ${id}`,
   },
+  {
+    path: /^\/submit\/?$/,
+    load: () => import("./submit/submit.js").then((module) => module.Submit),
+    key: (_, query) => `submit ${query.get("from")}`,
+  },
 ];
 
 // {load, key, parameters} of an address, null where there is no such page.

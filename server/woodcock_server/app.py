@@ -32,6 +32,7 @@ from woodcock_server.differences.service import Differences
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
+from woodcock_server.gallery import examples
 from woodcock_server.jobs import endpoints as jobs
 from woodcock_server.jobs import listing, repository, watching
 from woodcock_server.jobs.limits import Limits
@@ -45,6 +46,7 @@ from woodcock_server.services import Provided, Services
 from woodcock_server.storage import Storage
 from woodcock_server.volumes import endpoints as volumes
 from woodcock_server.volumes.parser import Parser
+from woodcock_server.volumes.slices import Slices
 from woodcock_server.webhooks.deliveries import Deliveries
 
 log = structlog.get_logger()
@@ -91,6 +93,7 @@ def create_app(settings: Settings) -> FastAPI:
                     metrics,
                     parser,
                     Differences(storage),
+                    Slices(parser, storage),
                     limits,
                     rule,
                     Pictures(storage),
@@ -113,13 +116,14 @@ def create_app(settings: Settings) -> FastAPI:
         "dependencies": [Depends(guard.authorized)],
         "responses": problems.problem_schema(401, 403),
     }
-    for endpoints in (jobs, layers, differences, batches, comparisons, volumes, devices, retention):
+    for endpoints in (jobs, layers, differences, batches, comparisons, volumes, devices, retention, examples):
         app.include_router(endpoints.router, **guarded)
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
     # Public: what tells nothing of anybody's work.
     app.include_router(sessions.router)
     app.include_router(gallery.router)
     app.mount("/web", gallery.static)
+    app.mount("/examples", examples.static)
     app.add_api_route("/healthz", healthz, methods=["GET"], tags=["health"])
     app.add_api_route("/readyz", readyz, methods=["GET"], responses=problems.problem_schema(503), tags=["health"])
     app.add_middleware(RateLimit, rate=settings.request_rate)

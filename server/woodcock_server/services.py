@@ -20,6 +20,7 @@ from woodcock_server.metrics import Metrics
 from woodcock_server.retention.due import Rule
 from woodcock_server.storage import Storage
 from woodcock_server.volumes.parser import Parser
+from woodcock_server.volumes.slices import Slices
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Services:
     metrics: Metrics
     parser: Parser
     differences: Differences
+    slices: Slices
     limits: Limits
     retention: Rule
     pictures: Pictures

@@ -15,12 +15,14 @@ WEB = Path(__file__).parents[2] / "client" / "woodcock_client" / "web"
 
 
 def test_vendored_modules_are_those_that_are_listed() -> None:
-    listed = dict(
-        re.findall(r"^\| `([\w.-]+)` .* `([0-9a-f]{64})` \|$", (WEB / "vendor/VERSIONS.md").read_text(), re.MULTILINE)
-    )
-    digests = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in (WEB / "vendor").glob("*.mjs")}
-    assert listed == digests
-    assert {path.name for path in (WEB / "vendor").glob("*.LICENSE")} == {"preact.LICENSE", "htm.LICENSE"}
+    vendor = WEB / "vendor"
+    versions = (vendor / "VERSIONS.md").read_text()
+    listed = dict(re.findall(r"^\| `([\w./-]+)` .* `([0-9a-f]{64})` \|$", versions, re.MULTILINE))
+    found = {str(path.relative_to(vendor)): path for path in vendor.rglob("*") if path.is_file()}
+    modules = {name: path for name, path in found.items() if name.endswith(".mjs")}
+    assert listed == {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in modules.items()}
+    licences = set(re.findall(r"\(`([\w./-]+\.LICENSE)`\)", versions))
+    assert set(found) == {*modules, *licences, "VERSIONS.md"}
 
 
 def test_the_policy_admits_the_import_map_and_the_map_names_files() -> None:

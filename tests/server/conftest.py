@@ -38,6 +38,8 @@ ADDRESS = "http://127.0.0.1:8000"
 NO_DEVICES = "import woodcock_server.app\nwoodcock_server.app.discover = list\n"
 #: As much of a scene as a row of the queue needs.
 SCENE = {"film": {"width": 4, "height": 3}, "stop": {"kind": "samples", "samples": 5}}
+#: Takes a script.
+Instead = Callable[[str], None]
 PROGRAM = "import typer\nfrom woodcock_server.command import serve\nif __name__ == '__main__': typer.run(serve)\n"
 
 
@@ -130,6 +132,19 @@ def sweep(client: TestClient, make_scene: Callable[..., dict[str, Any]]) -> Swee
         return client.post(PATH, json={"scene": make_scene(), "product": PRODUCT, **more}, headers=headers)
 
     return post
+
+
+@pytest.fixture
+def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
+    """Lets a script be the child process that reads an upload."""
+
+    def use(script: str) -> None:
+        path = tmp_path / "child"
+        path.write_text(f"#!/bin/sh\n{script}\n")
+        path.chmod(0o700)
+        monkeypatch.setattr(sys, "executable", str(path))
+
+    return use
 
 
 class Service:

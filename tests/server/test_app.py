@@ -41,7 +41,9 @@ def test_devices_say_what_they_are(service: Service) -> None:
         }  # fmt: skip
 
 
-@pytest.mark.parametrize("path", ["/", "/renders/any", "/batches/any", "/compare", "/submit", "/fleet", "/web/index.html"])
+@pytest.mark.parametrize(
+    "path", ["/", "/renders/any", "/batches/any", "/compare", "/submit", "/fleet", "/web/index.html"]
+)
 def test_the_gallery_is_served(client: TestClient, path: str) -> None:
     answer = client.get(path)
     assert answer.status_code == 200
@@ -66,7 +68,9 @@ def test_the_api_describes_itself(client: TestClient) -> None:
         "/api/v1/jobs/{id}/report.html",
         "/api/v1/jobs/{id}/differences/{other}", "/api/v1/jobs/{id}/differences/{other}/{map}",
         "/api/v1/jobs/{id}/layers", "/api/v1/jobs/{id}/layers/{name}", "/api/v1/jobs/{id}/pixels",
-        "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
+        "/api/v1/jobs/validate",
+        "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/volumes/{id}/range", "/api/v1/volumes/{id}/slice.png",
+        "/api/v1/examples", "/api/v1/devices", "/api/v1/devices/{id}/stability",
         "/api/v1/retention", "/api/v1/session", "/healthz", "/readyz", "/metrics",
     }  # fmt: skip
     checks = paths["/api/v1/devices/{id}/stability"]

@@ -51,6 +51,15 @@ def bearer(settings: Settings) -> Callable[[str], dict[str, str]]:
     return make
 
 
+def test_what_would_be_too_much_is_told_beforehand(http: TestClient, make_scene: Make) -> None:
+    validate = "/api/v1/jobs/validate"
+    answer = http.post(validate, json={"scene": make_scene(samples=101)})
+    assert (answer.status_code, [fault["field"] for fault in answer.json()["errors"]]) == (422, ["scene.stop"])
+    assert http.post("/api/v1/jobs", json={"scene": make_scene(samples=60)}).status_code == 201
+    assert http.post(validate, json={"scene": make_scene(samples=60)}).status_code == 429
+    assert http.post(validate, json={"scene": make_scene(samples=40)}).status_code == 204
+
+
 def test_more_jobs_than_an_owner_may_have_wait_outside(
     http: TestClient, make_scene: Make, bearer: Callable[[str], dict[str, str]]
 ) -> None:

@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,6 +16,7 @@ from woodcock_server.volumes.contents import UnreadableFile
 from woodcock_server.volumes.parser import MOST_BYTES, Parser
 from woodcock_server.volumes.schemas import GridSummary
 
+from .conftest import Instead
 from .files import npy
 from .hostile import instances
 
@@ -33,21 +33,6 @@ for act in (lambda: bytearray(1 << 30), lambda: open(sys.argv[1], "w").write("x"
         caught.append(type(error).__name__)
 print(json.dumps([limits, caught]))
 """
-
-Instead = Callable[[str], None]
-
-
-@pytest.fixture
-def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
-    """Lets a script be the child."""
-
-    def use(script: str) -> None:
-        path = tmp_path / "child"
-        path.write_text(f"#!/bin/sh\n{script}\n")
-        path.chmod(0o700)
-        monkeypatch.setattr(sys, "executable", str(path))
-
-    return use
 
 
 def fault(parser: Parser, path: Path) -> str:

@@ -3,12 +3,15 @@
 const ROOT = "/api/v1";
 
 export class Problem extends Error {
-  // status 0: no answer at all
-  constructor(status, detail) {
+  // status 0: no answer at all; errors: of single fields, {field, message}
+  constructor(status, detail, errors = []) {
     super(detail);
     this.status = status;
+    this.errors = errors;
   }
 }
+
+const NO_ANSWER = "The service does not answer.";
 
 // Said to the window when the service asks who is there: the gallery shows where to sign in.
 export const SIGNED_OUT = "woodcock-signed-out";
@@ -27,14 +30,15 @@ async function answer(path, options) {
     response = await fetch(path, options);
   } catch (error) {
     if (error.name === "AbortError") throw error;
-    throw new Problem(0, "The service does not answer.");
+    throw new Problem(0, NO_ANSWER);
   }
-  if (!response.ok) {
-    const problem = await response.json().catch(() => null);
-    if (response.status === 401) dispatchEvent(new Event(SIGNED_OUT));
-    throw new Problem(response.status, problem?.detail || `The service answered ${response.status}.`);
-  }
+  if (!response.ok) throw refusal(response.status, await response.json().catch(() => null));
   return response;
+}
+
+function refusal(status, body) {
+  if (status === 401) dispatchEvent(new Event(SIGNED_OUT));
+  return new Problem(status, body?.detail || `The service answered ${status}.`, body?.errors);
 }
 
 const get = (path, signal) => ask(path, { signal });
@@ -47,7 +51,6 @@ const send = (method, path, body, { key, ...options } = {}) =>
     headers: { ...(body && { "Content-Type": "application/json" }), ...(key && { "Idempotency-Key": key }) },
     body: body && JSON.stringify(body),
   });
-
 
 export const signIn = (token) => send("POST", `${ROOT}/session`, { token });
 
@@ -96,12 +99,13 @@ export async function getLayer(link, signal) {
     return { body: await response.arrayBuffer(), headers: response.headers };
   } catch (error) {
     if (error.name === "AbortError") throw error;
-    throw new Problem(0, "The service does not answer.");
+    throw new Problem(0, NO_ANSWER);
   }
 }
 
 export const getPixels = (job, { x, y, width = 1, height = 1 }, signal) =>
   get(`${job.links.self}/pixels?${new URLSearchParams({ x, y, width, height })}`, signal);
+
 // Comparing
 
 // Jobs that have succeeded, newest first. wanted: {text} in their name, {batch} that they are of.
@@ -182,4 +186,47 @@ export function followJob(job, { onJob, onEnd, onLost }) {
   document.addEventListener("visibilitychange", open);
   open();
   return stop;
+}
+
+// Submitting
+
+// The schemas of everything that the API takes, by name.
+export const getSchemas = (signal) => get("/openapi.json", signal).then((api) => api.components.schemas);
+
+export const listExamples = (signal) => get(`${ROOT}/examples`, signal);
+
+export const validateJob = (job, signal) => send("POST", `${ROOT}/jobs/validate`, job, { signal });
+
+export const checkJob = (job, signal) => send("POST", `${ROOT}/jobs/check`, job, { signal });
+
+export const submitBatch = (batch, key) => send("POST", `${ROOT}/batches`, batch, { key });
+
+// Files that scenes name
+
+export const listVolumes = (cursor, signal) => {
+  const query = new URLSearchParams({ limit: 20 });
+  if (cursor) query.set("cursor", cursor);
+  return get(`${ROOT}/volumes?${query}`, signal);
+};
+
+export const getRange = (id, grid, signal) =>
+  get(`${ROOT}/volumes/${encodeURIComponent(id)}/range?${new URLSearchParams({ grid })}`, signal);
+
+export const sliceAddress = (id, { grid, axis, position }) =>
+  `${ROOT}/volumes/${encodeURIComponent(id)}/slice.png?${new URLSearchParams({ grid, axis, position })}`;
+
+// Sends a File, calls onProgress with the share that is sent, and resolves to what it is. fetch() tells no progress.
+export function uploadVolume(file, onProgress, signal) {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", `${ROOT}/volumes?${new URLSearchParams({ name: file.name })}`);
+    request.responseType = "json";
+    request.upload.onprogress = (event) => event.lengthComputable && onProgress(event.loaded / event.total);
+    request.onload = () =>
+      request.status < 300 ? resolve(request.response) : reject(refusal(request.status, request.response));
+    request.onerror = () => reject(new Problem(0, NO_ANSWER));
+    request.onabort = () => reject(new DOMException("", "AbortError"));
+    signal.addEventListener("abort", () => request.abort());
+    request.send(file);
+  });
 }

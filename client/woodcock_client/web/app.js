@@ -41,6 +41,7 @@ function usePage(address) {
 
 const LINKS = [
   ["/", "Renders"],
+  ["/submit", "New"],
   ["/fleet", "Fleet"],
 ];
 

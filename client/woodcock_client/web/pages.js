@@ -29,6 +29,11 @@ export const PAGES = [
     load: () => import("./fleet/fleet.js").then((module) => module.Fleet),
     key: () => "fleet",
   },
+  {
+    path: /^\/submit\/?$/,
+    load: () => import("./submit/submit.js").then((module) => module.Submit),
+    key: (_, query) => `submit ${query.get("from")}`,
+  },
 ];
 
 // {load, key, parameters} of an address, null where there is no such page.

@@ -19,6 +19,7 @@ static = StaticFiles(directory=WEB)
 @router.get("/renders/{id}")
 @router.get("/batches/{id}")
 @router.get("/compare")
+@router.get("/submit")
 @router.get("/fleet")
 def page() -> FileResponse:
     """One page shows them all; it reads its own address."""

@@ -86,6 +86,12 @@ async def check_job(request: JobCreate, services: Provided) -> JobCheck:
     return await check(services, request)
 
 
+@router.post("/validate", status_code=204, responses=problem_schema(413, 429))
+def validate_job(request: JobCreate, services: Provided, owner: Owner) -> None:
+    """Would it be taken? Refuses what submitting refuses, with the same faults; nothing is queued or tried."""
+    service.validate(services, request, owner)
+
+
 @router.get("", response_model=JobPage, responses=UNCHANGED)
 def list_jobs(
     request: Request,

@@ -45,10 +45,15 @@ def create(services: Services, request: JobCreate, owner: str, key: str | None =
     return idempotency.once(services.engine, key, owner, request, Job, partial(_create, services, request, owner, key))
 
 
-def _create(services: Services, request: JobCreate, owner: str, key: str | None) -> Job:
+def validate(services: Services, request: JobCreate, owner: str) -> None:
+    """Raises InvalidRequest, and TooMuch, for what `create` would not take."""
     RequestCheck(services).check(request)
+    admit(services, owner, [request.scene.model_dump(mode="json")])
+
+
+def _create(services: Services, request: JobCreate, owner: str, key: str | None) -> Job:
+    validate(services, request, owner)
     now, asked = datetime.now(UTC), {**request.model_dump(mode="json"), "owner": owner}
-    admit(services, owner, [asked["scene"]])
     with services.engine.begin() as connection:
         job_id = repository.add(connection, asked, now)
         made = described(connection, services.dispatcher, existing(connection, job_id))

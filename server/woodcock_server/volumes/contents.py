@@ -1,6 +1,7 @@
 """What an uploaded file holds, found out by reading it.
 
-`python -m woodcock_server.volumes.contents FILE MEMORY SECONDS`, the child process of `parser.py`, says so as JSON.
+`python -m woodcock_server.volumes.contents MEMORY SECONDS FILE`, the child process of `parser.py`, says so as JSON;
+with the position of a grid in the file after it, what that grid looks like.
 """
 
 from __future__ import annotations
@@ -10,12 +11,15 @@ import math
 import resource
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from woodcock import formats
 from woodcock.formats import MAX_VOXELS, VolumeError, mesh
+from woodcock_server.volumes.samples import sample
 
 UNREADABLE = (
     "is no file that can be read; volumes (OpenVDB, NanoVDB, NumPy's .npy and .npz, Mitsuba's .vol, NRRD, NIfTI), "
@@ -29,16 +33,28 @@ class UnreadableFile(ValueError):  # noqa: N818 - it says what was found
 
 def read(path: Path) -> dict[str, Any]:
     """The fields of schemas.Contents. Raises UnreadableFile, and MemoryError."""
-    try:
+    with _faults_of(path):
         if formats.recognises(path):
             return {"type": "volume", "grids": _grids(path)}
         if mesh.recognises(path):
             return {"type": "mesh", "triangles": len(mesh.read_mesh(path).faces)}
+    return _picture(path)
+
+
+def look(path: Path, position: int) -> dict[str, Any]:
+    """The fields of samples.Samples. Raises UnreadableFile, and MemoryError."""
+    with _faults_of(path):
+        return sample(path, position)
+
+
+@contextmanager
+def _faults_of(path: Path) -> Iterator[None]:
+    try:
+        yield
     except VolumeError as error:
         if isinstance(error.__cause__, MemoryError):
             raise error.__cause__ from None
         raise UnreadableFile(_sentence(path, error)) from None
-    return _picture(path)
 
 
 def _grids(path: Path) -> list[dict[str, Any]]:
@@ -86,12 +102,12 @@ def confine(memory: int, seconds: int) -> None:
         resource.setrlimit(kind, (soft, hard))
 
 
-def _serve(file: str, memory: str, seconds: str) -> None:
+def _serve(memory: str, seconds: str, file: str, position: str | None = None) -> None:
     """The child: writes what `parser.Answer` says to stdout."""
     confine(int(memory), int(seconds))
     answer: dict[str, Any]
     try:
-        answer = {"contents": read(Path(file))}
+        answer = {"contents": read(Path(file)) if position is None else look(Path(file), int(position))}
     except UnreadableFile as error:
         answer = {"fault": str(error)}
     except MemoryError:

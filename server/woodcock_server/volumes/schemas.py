@@ -37,6 +37,20 @@ class Volume(Contents):
     created_at: datetime
 
 
+class GridRange(BaseModel):
+    """What is known of a grid once it was read. shape: in voxels along x, y, z, as slices count them; channels: 1 or 3;
+    low, high: its least and largest finite value, null where there are none; stride: slices show every so many'th voxel
+    of a row, and of a column.
+    """
+
+    name: str
+    shape: tuple[int, int, int]
+    channels: int
+    low: float | None
+    high: float | None
+    stride: int
+
+
 class VolumePage(BaseModel):
     items: list[Volume]
     next: str | None

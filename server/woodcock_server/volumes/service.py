@@ -7,14 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from anyio import to_thread
-from sqlalchemy import RowMapping
+from fastapi import HTTPException
+from sqlalchemy import Engine, RowMapping
 from sqlalchemy.exc import IntegrityError
 
+from woodcock.formats import VolumeError
+from woodcock.formats.grid import choose
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
 from woodcock_server.storage import Upload
 from woodcock_server.volumes import repository
 from woodcock_server.volumes.contents import UnreadableFile
+from woodcock_server.volumes.samples import Samples
 
 
 async def receive(services: Services, owner: str, name: str, chunks: AsyncIterator[bytes]) -> tuple[RowMapping, bool]:
@@ -71,3 +75,24 @@ def _used_again(services: Services, volume_id: str) -> bool:
     """The row is there, and stays for as long as what is new does."""
     with services.engine.begin() as connection:
         return repository.use(connection, volume_id)
+
+
+def existing(engine: Engine, volume_id: str) -> RowMapping:
+    """Raises HTTPException 404."""
+    with engine.connect() as connection:
+        row = repository.get(connection, volume_id)
+    if row is None:
+        raise HTTPException(404, f"There is no volume {volume_id}.")
+    return row
+
+
+async def look(services: Services, row: RowMapping, grid: str | None) -> tuple[str, Samples]:
+    """The name of the grid that is meant, and what it looks like. Raises InvalidRequest."""
+    if row["type"] != "volume":
+        raise InvalidRequest("Only volumes have slices.", Fault(field="id", message=f"is a {row['type']}"))
+    names = [each["name"] for each in row["grids"]]
+    try:
+        position = choose(names, grid)
+        return names[position], await services.slices.samples(row["id"], position)
+    except (VolumeError, UnreadableFile) as error:
+        raise InvalidRequest(f"{row['name']}: {error}", Fault(field="grid", message=str(error))) from None

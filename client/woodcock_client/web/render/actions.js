@@ -29,14 +29,14 @@ export function Actions({ job, report, onChange }) {
   return html`
     <section aria-label="What can be done with it">
       ${better && html`
-        <button type="button" class="main wide" disabled=${extend.busy} onClick=${() => extend.run(better.stop)}>
+        <button type="button" class="primary wide" disabled=${extend.busy} onClick=${() => extend.run(better.stop)}>
           <span>Extend to half the error</span>
           <span class="fact">${`about ${duration(better.seconds)} more, to ${target({ target: better.stop })}`}</span>
         </button>
       `}
       <div class="actions">
         ${active && html`<button type="button" disabled=${stop.busy || job.state === "cancelling"} onClick=${() => stop.run()}>${job.state === "cancelling" ? "Stopping…" : "Cancel"}</button>`}
-        ${!active && !done && html`<button type="button" class="main" disabled=${retry.busy} onClick=${() => retry.run()}>Try again</button>`}
+        ${!active && !done && html`<button type="button" class="primary" disabled=${retry.busy} onClick=${() => retry.run()}>Try again</button>`}
         ${done && html`<button type="button" disabled=${again.busy} title="The same scene with other random numbers, as a new render" onClick=${() => again.run()}>Render again</button>`}
         <a class="button" href=${`/submit?from=${encodeURIComponent(job.id)}`} data-route>Edit a copy</a>
         ${done && html`<a class="button" href=${`/compare?renders=${encodeURIComponent(job.id)}`} data-route>Compare</a>`}

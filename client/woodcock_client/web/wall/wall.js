@@ -120,7 +120,8 @@ const NoMatch = () => html`
 
 const Empty = () => html`
   <${Notice} title="Nothing rendered yet">
-    <p>Send a scene from a terminal, and it appears here as it renders:</p>
+    <p><a class="button" href="/submit" data-route>Begin with an example</a></p>
+    <p>Or send a scene from a terminal, and it appears here as it renders:</p>
     <pre><code>woodcock submit scene.json --follow --server ${location.origin}</code></pre>
     <p class="fact">Or <code>POST</code> it to <code>/api/v1/jobs</code>: the <a href="/docs">API</a> shows how.</p>
   <//>

@@ -1,4 +1,4 @@
-"""/, /renders/{id} and /web"""
+"""/, /renders/{id}, /batches/{id} and /web"""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ static = StaticFiles(directory=WEB)
 
 @router.get("/")
 @router.get("/renders/{id}")
+@router.get("/batches/{id}")
 def page() -> FileResponse:
-    """One page shows both; it reads its own address."""
+    """One page shows them all; it reads its own address."""
     return FileResponse(WEB / "index.html", headers={"Cache-Control": "no-cache"})

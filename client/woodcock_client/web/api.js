@@ -21,6 +21,7 @@ async function ask(path, options) {
     if (error.name === "AbortError") throw error;
     throw new Problem(0, "The service does not answer.");
   }
+  if (response.status === 204) return null;
   const body = await response.json().catch(() => null);
   if (!response.ok || body === null) {
     if (response.status === 401) dispatchEvent(new Event(SIGNED_OUT));
@@ -31,15 +32,42 @@ async function ask(path, options) {
 
 const get = (path, signal) => ask(path, { signal });
 
-export const signIn = (token) =>
-  ask(`${ROOT}/session`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ token }) });
+const send = (method, path, body, options) =>
+  ask(path, { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), ...options });
 
-export const listJobs = ({ limit, cursor, batch }, signal) => {
-  const query = new URLSearchParams({ limit });
+export const signIn = (token) => send("POST", `${ROOT}/session`, { token });
+
+// The wall
+
+// filter: the query of a listing, as text
+export const listJobs = ({ limit, cursor, filter }, signal) => {
+  const query = new URLSearchParams(filter);
+  query.set("limit", limit);
   if (cursor) query.set("cursor", cursor);
-  if (batch) query.set("batch", batch);
   return get(`${ROOT}/jobs?${query}`, signal);
 };
+
+export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
+
+export const tagJob = (id, tags) => send("PATCH", `${ROOT}/jobs/${encodeURIComponent(id)}`, { tags });
+
+export const MOST_DELETED = 1000; // jobs at a time
+
+// leaving: the request goes on when its page is no more
+export const deleteJobs = (ids, leaving) => send("POST", `${ROOT}/jobs/delete`, { ids }, { keepalive: leaving });
+
+// Batches
+
+const batchAt = (id) => `${ROOT}/batches/${encodeURIComponent(id)}`;
+
+// What has not changed does not come again: a batch may have a thousand jobs.
+export const getBatch = (id, signal) => ask(batchAt(id), { signal, cache: "no-cache" });
+
+export const cancelBatch = (id) => ask(`${batchAt(id)}/cancel`, { method: "POST" });
+
+export const deleteBatch = (id, leaving) => ask(batchAt(id), { method: "DELETE", keepalive: leaving });
+
+// Renders
 
 export const getJob = (id, signal) => get(`${ROOT}/jobs/${encodeURIComponent(id)}`, signal);
 

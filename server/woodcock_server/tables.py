@@ -94,7 +94,9 @@ jobs = Table(
     Index(None, "owner", "size"),
     Index(None, "finished_at", "id"),
     Index(None, "batch", "id"),
+    # Pages of what is alike, newest first.
     Index(None, "integrator", "id"),
+    Index(None, "state", "id"),
 )
 
 #: Words to find jobs by.

@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import httpx2
@@ -76,6 +77,61 @@ def test_all_that_is_stored_is_scrolled_through(page: Page, wall: Wall) -> None:
     last = page.locator(".cards li").last
     expect(last).to_have_attribute("aria-posinset", str(FEW))
     expect(last).to_have_attribute("aria-setsize", str(FEW))
+
+
+#: Scrolls by whole frames, and says how long each took, ms.
+SCROLL = """async frames => {
+    const took = [];
+    let last = await new Promise(requestAnimationFrame);
+    for (let n = 0; n < frames; n += 1) {
+        scrollBy(0, 300);
+        const now = await new Promise(requestAnimationFrame);
+        took.push(now - last);
+        last = now;
+    }
+    return took;
+}"""
+
+
+@pytest.mark.slow
+def test_ten_thousand_renders_are_no_slower(page: Page, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Times are of two idle cores, and bounded generously; what was measured is printed."""
+    seed(tmp_path / "data", Scene.model_validate(SCENE).model_dump(mode="json"), MANY)
+    with serving(tmp_path, NO_DEVICES) as address:
+        began = time.perf_counter()
+        page.goto(address)
+        expect(page.locator(".card img").first).to_be_visible()
+        page.wait_for_function("document.querySelector('.card img').complete")
+        first = time.perf_counter() - began
+        session = page.context.new_cdp_session(page)
+
+        def heap() -> float:
+            """What scripts hold once garbage is collected, MiB."""
+            session.send("HeapProfiler.collectGarbage")
+            return float(session.send("Runtime.getHeapUsage")["usedSize"] / 2**20)
+
+        before, frames = heap(), page.evaluate(SCROLL, 300)
+        began, most = time.perf_counter(), 0
+        while "render 0" not in names(page):
+            assert time.perf_counter() - began < 120
+            page.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
+            page.wait_for_timeout(20)
+            most = max(most, page.evaluate("document.querySelectorAll('*').length"))
+        end, after = time.perf_counter() - began, heap()
+        again = page.evaluate(SCROLL.replace("300", "-300"), 300)  # with all of them listed
+        page.wait_for_timeout(5000)  # a look at what is new
+    ordered = [sorted(each) for each in (frames, again)]
+    typical, late = ([each[int(part * len(each))] for each in ordered] for part in (0.5, 0.99))
+    with capsys.disabled():
+        print(
+            f"\n{MANY} renders: first tile {first:.2f} s, end reached in {end:.1f} s, at most {most} elements, "
+            f"heap {before:.1f} -> {after:.1f} MiB, frames (50 %, 99 %) {typical[0]:.0f}, {late[0]:.0f} ms at the top "
+            f"and {typical[1]:.0f}, {late[1]:.0f} ms at the end"
+        )
+    assert first < 5
+    assert most < 1200
+    assert after - before < 20, "MiB for ten thousand"
+    assert max(typical) < 50
 
 
 def test_thumbnails_are_asked_for_once(context: BrowserContext, page: Page, wall: Wall) -> None:

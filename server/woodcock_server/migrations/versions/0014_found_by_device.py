@@ -38,6 +38,7 @@ def upgrade() -> None:
             connection.execute(sa.insert(job_devices), rows)
     op.create_index("ix_job_devices_device_job_id", "job_devices", ["device", "job_id"])
     op.create_index("ix_jobs_integrator_id", "jobs", ["integrator", "id"])
+    op.create_index("ix_jobs_state_id", "jobs", ["state", "id"])
 
 
 def _integrator(usage: dict[str, Any]) -> Any:
@@ -45,6 +46,7 @@ def _integrator(usage: dict[str, Any]) -> Any:
 
 
 def downgrade() -> None:
+    op.drop_index("ix_jobs_state_id", "jobs")
     op.drop_index("ix_jobs_integrator_id", "jobs")
     op.drop_table("job_devices")
     op.drop_column("jobs", "integrator")

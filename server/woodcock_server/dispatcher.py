@@ -149,8 +149,8 @@ class Dispatcher:
             row, devices = claimed
             self._metrics.claimed(row, datetime.now(UTC))
             self._checks.occupy(devices)
-            self.at_work = dict.fromkeys(devices, row["id"])
             claim = Claim(self._engine, self._storage, self._changes, row)
+            self.at_work = dict.fromkeys(devices, claim.id)
             job = Rendering(claim, self._storage, self._client, devices, self._metrics, self._settings)
             with structlog.contextvars.bound_contextvars(job=claim.id):
                 try:

@@ -41,6 +41,7 @@ class Service:
         self.volumes: dict[str, dict[str, Any]] = {}
         self.devices = {"cpu0": dict(DEVICE)}
         self.checks: dict[str, dict[str, Any]] = {}  # by device
+        self.retention: dict[str, Any] = dict(RETENTION)
         self.batches: dict[str, dict[str, Any]] = {}
         self.requests: list[tuple[str, str]] = []
         self.secrets: dict[str, str | None] = {}  # of webhooks, by job
@@ -167,6 +168,13 @@ class _Handler(BaseHTTPRequestHandler):
                 self._send(*self.service.broken)
             case ["api", "v1", "jobs"]:
                 self._list(query)
+            case ["api", "v1", "jobs", "counts"]:
+                states = [job["state"] for job in self.service.jobs.values()]
+                self._json(200, {"states": {state: states.count(state) for state in STATES}})
+            case ["api", "v1", "retention"]:
+                self._json(200, self.service.retention)
+            case ["healthz"]:
+                self._json(200, {"status": "ok", "version": "0.1.0"})
             case ["api", "v1", "jobs", id, *rest] if id in self.service.jobs:
                 if not rest:
                     self._json(200, self.service.jobs[id])
@@ -322,6 +330,8 @@ def _named(value: Any, path: str) -> Iterator[tuple[str, str]]:
             yield from _named(item, f"{path}[{index}]")
 
 
+STATES = ("queued", "running", "cancelling", "succeeded", "failed", "cancelled")
+RETENTION = {"days": None, "size": None, "kept": 3 << 20, "freed": 0, "renders": [], "files": []}
 DEVICE: dict[str, Any] = {
     "name": "A processor",
     "platform": "Portable Computing Language",

@@ -65,13 +65,15 @@ def test_a_render_shows_its_progress_and_then_its_report(
     lines = page.locator(".certificate li")
     expect(lines).to_have_text(
         [
-            re.compile(r"✓\s*samples passed\s*Every sample"),
-            re.compile(r"✗\s*majorant failed\s*σ_t exceeded"),
-            re.compile(r"\?\s*rounding not checked\s*No doubles"),
+            re.compile(r"✓\s*samples\s+passed\s*Every sample"),
+            re.compile(r"✗\s*majorant\s+failed\s*σ_t exceeded"),
+            re.compile(r"\?\s*rounding\s+not checked\s*No doubles"),
             re.compile(r"·\s*build\s*Built without flags"),
-        ]
+        ],
+        use_inner_text=True,
+        ignore_case=True,
     )
-    expect(page.locator("code")).to_have_text("9f3c2a77b1e0")
+    expect(page.locator(".report code").first).to_have_text("9f3c2a77b1e04d55")
     expect(page.get_by_text("perspective")).to_be_visible()
     expect(page.get_by_role("img", name="The error fell from 40 % after 0.2 s to 5 % after 13 s.")).to_be_visible()
 
@@ -334,3 +336,75 @@ def test_no_width_scrolls_sideways(service: Service, page: Page, scene_json: dic
         page.goto(service.url + path)
         expect(page.locator(found)).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_chart_is_read_by_keys_by_the_pointer_and_as_a_table(
+    service: Service, page: Page, scene_json: dict[str, Any]
+) -> None:
+    id = service.add({**scene_json, "stop": {"kind": "relative_error", "relative_error": 0.02}}, "charted")
+    service.advance(id, 64)
+    service.finish(id, {**REPORT, "contract": {**REPORT["contract"], "kind": "relative_error", "asked": 0.02}})  # type: ignore[dict-item]
+    page.goto(f"{service.url}/renders/{id}")
+    points = page.get_by_role("slider", name="Points of the chart")
+    points.focus()
+    expect(points).to_have_attribute("aria-valuetext", re.compile(r": 5 % after 13 s, 64 samples per pixel$"))
+    page.keyboard.press("Home")
+    expect(points).to_have_attribute("aria-valuetext", re.compile(r": 40 % after 0.2 s, 1 sample per pixel$"))
+    page.keyboard.press("ArrowRight")
+    expect(points).to_have_attribute("aria-valuenow", "2")
+    expect(page.locator(".tip")).to_contain_text("20 %")
+    page.locator("h1").click()
+    expect(page.locator(".tip")).to_have_count(0)
+    page.locator(".board .marker").nth(2).hover(force=True)
+    expect(page.locator(".tip")).to_contain_text("10 %")
+    expect(page.get_by_text("asked for: 2 %")).to_be_visible()
+    expect(page.locator(".legend")).to_contain_text("in its 95 % band")
+    page.get_by_text("Values", exact=True).click()
+    rows = page.locator(".error-chart tbody tr")
+    expect(rows).to_have_count(4)
+    expect(rows.first).to_have_text("40 %0.2 s1Estimated by its samples")
+
+
+def test_what_went_wrong_is_told_in_plain_words(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
+    id = service.add(scene_json, "certified")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.locator(".caution")).to_contain_text("denser somewhere than its bound")
+    line = page.locator(".certificate li").filter(has_text="majorant")
+    expect(line.get_by_text("tracked through the medium by valid bounds")).to_be_hidden()
+    line.get_by_role("heading").click()
+    expect(line).to_contain_text("It failed: the medium is denser somewhere than its bound")
+    expect(line.get_by_text("tracked through the medium by valid bounds")).to_be_visible()
+
+
+def test_a_report_that_cannot_be_had_is_asked_for_again(
+    service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
+) -> None:
+    id = service.add(scene_json, "without")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    report = service.artifacts.pop((id, "report.json"))
+    page.goto(f"{service.url}/renders/{id}")
+    expect(page.get_by_role("alert")).to_contain_text("The report cannot be shown. report.json does not exist yet")
+    service.artifacts[id, "report.json"] = report
+    page.get_by_role("button", name="Try again").click()
+    expect(page.get_by_role("heading", name="Certificate")).to_be_visible()
+    assert all("404" in text for text in said)
+    said.clear()
+
+
+def test_what_a_button_cannot_do_is_told_beside_it(
+    service: Service, page: Page, scene_json: dict[str, Any], said: list[str]
+) -> None:
+    id = service.add(scene_json, "refused")
+    service.advance(id, 64)
+    service.finish(id, REPORT)
+    page.goto(f"{service.url}/renders/{id}")
+    page.get_by_role("button", name="Extend to half the error").wait_for()
+    refusal = {"type": "about:blank", "title": "Too many", "status": 429, "detail": "You have 9 jobs; 9 are the most."}
+    service.broken = (429, "application/problem+json", json.dumps(refusal).encode())
+    page.get_by_role("button", name="Extend to half the error").click()
+    expect(page.get_by_role("alert")).to_have_text("You have 9 jobs; 9 are the most.")
+    assert all("429" in text for text in said)
+    said.clear()

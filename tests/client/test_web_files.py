@@ -8,6 +8,9 @@ import json
 import re
 from pathlib import Path
 
+from woodcock.generic.whole import KINDS
+from woodcock.laws import OF_RANDOM_PATHS, WITHOUT_NOISE
+
 WEB = Path(__file__).parents[2] / "client" / "woodcock_client" / "web"
 
 
@@ -27,3 +30,20 @@ def test_the_policy_admits_the_import_map_and_the_map_names_files() -> None:
     assert f"'sha256-{base64.b64encode(hashlib.sha256(found[1].encode()).digest()).decode()}'" in page
     for address in json.loads(found[1])["imports"].values():
         assert (WEB.parent / address[1:]).is_file()
+
+
+def test_the_report_has_a_word_for_everything_that_a_scene_may_do_without() -> None:
+    source = (WEB / "render/lean.js").read_text()
+    table = source[source.index("const CONCEPTS") : source.index("\n};")]
+    concepts = re.split(r"\n  (\w+): \[", table)[1:]
+    words = {
+        name: set(re.findall(r"(\w+): \"", body)) for name, body in zip(concepts[::2], concepts[1::2], strict=True)
+    }
+    assert words.pop("majorant") == {"global", *KINDS["majorant"]}
+    assert words == {name: set(KINDS[name]) for name in words}
+    assert set(KINDS) - set(words) == {"integrator", "storage", "majorant"}
+
+
+def test_the_certificate_has_words_for_every_law() -> None:
+    known = re.findall(r'^  "?([\w ]+?)"?: \{$', (WEB / "render/meanings.js").read_text(), re.MULTILINE)
+    assert {law.name for law in (*OF_RANDOM_PATHS, *WITHOUT_NOISE)} < set(known)

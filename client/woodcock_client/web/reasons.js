@@ -45,7 +45,7 @@ const REASONS = [
 
 const OTHER = { says: "The scene cannot be rendered as it is", help: "What is said of it names the place; mend it there and submit the scene anew." };
 
-export const UNKNOWN = { says: "No reason was given", help: "The server’s log may tell." };
+const UNKNOWN = { says: "No reason was given", help: "The server’s log may tell." };
 
 // {says, help} of a failed job's error
 export const reasonOf = (error) => (error ? (REASONS.find(({ of }) => of.test(error)) ?? OTHER) : UNKNOWN);

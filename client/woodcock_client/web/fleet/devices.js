@@ -62,7 +62,7 @@ function Device({ device, job, ask }) {
         </div>
         <div>
           <dt>Stability</dt>
-          <dd><${Trust} device=${device} /></dd>
+          <dd>${state === "failed" ? "cannot be checked" : html`<${Trust} device=${device} />`}</dd>
         </div>
       </dl>
       ${state !== "failed" && html`<${Check} device=${device} ask=${ask} />`}

@@ -19,7 +19,7 @@ export function Check({ device, ask }) {
       <button type="button" disabled=${busy || running} onClick=${() => run()}>
         ${running ? "Being checked…" : ended ? "Check again" : "Check its stability"}
       </button>
-      <span class="fact">${running ? "It takes minutes; the device renders nothing else meanwhile." : "Stiff and extreme scenes against exact answers; minutes."}</span>
+      <span class="fact">${running ? "It takes minutes; the device renders nothing else meanwhile." : "Renders stiff and extreme scenes against exact answers; takes minutes."}</span>
     </div>
     <p class="fault" role="alert">${problem?.message}</p>
     ${ended && html`<${Table} key=${device.checked_at} device=${device} />`}

@@ -1,7 +1,8 @@
 // What can be done with a render: stop it, have it rendered again or better, keep it, forget it.
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 import { cancelJob, changeJob, deleteJob, extendJob, isActive, retryJob, submitJob } from "../api.js";
+import { useFocus, useReturn } from "../focus.js";
 import { duration, isDeterministic, target } from "../format.js";
 import { html } from "../html.js";
 import { go } from "../navigation.js";
@@ -37,7 +38,7 @@ export function Actions({ job, report, onChange }) {
         ${active && html`<button type="button" disabled=${stop.busy || job.state === "cancelling"} onClick=${() => stop.run()}>${job.state === "cancelling" ? "Stopping…" : "Cancel"}</button>`}
         ${!active && !done && html`<button type="button" class="main" disabled=${retry.busy} onClick=${() => retry.run()}>Try again</button>`}
         ${done && html`<button type="button" disabled=${again.busy} title="The same scene with other random numbers, as a new render" onClick=${() => again.run()}>Render again</button>`}
-        <a class="button" href=${`/submit?from=${encodeURIComponent(job.id)}`} data-route>Edit the scene</a>
+        <a class="button" href=${`/submit?from=${encodeURIComponent(job.id)}`} data-route>Edit a copy</a>
         ${done && html`<a class="button" href=${`/compare?renders=${encodeURIComponent(job.id)}`} data-route>Compare</a>`}
         <button type="button" aria-pressed=${String(job.pinned)} disabled=${pin.busy} title="A pinned render is not deleted for its age or for want of room" onClick=${() => pin.run()}>${job.pinned ? "Pinned" : "Pin"}</button>
         ${!active && html`<${Delete} run=${remove.run} busy=${remove.busy} />`}
@@ -56,20 +57,19 @@ function anew({ scene, name, tags, priority, device, reference }) {
 // Asks before it does: pictures that are gone do not come back.
 function Delete({ run, busy }) {
   const [asked, setAsked] = useState(false);
-  const keep = useRef();
-  const first = useRef();
-  const returns = useRef(false);
-  useEffect(() => {
-    if (asked) keep.current.focus();
-    else if (returns.current) first.current.focus();
-    returns.current = asked;
-  }, [asked]);
-  if (!asked) return html`<button type="button" ref=${first} onClick=${() => setAsked(true)}>Delete…</button>`;
+  const button = useReturn(asked);
+  return asked
+    ? html`<${Sure} run=${run} busy=${busy} onKeep=${() => setAsked(false)} />`
+    : html`<button type="button" ref=${button} onClick=${() => setAsked(true)}>Delete…</button>`;
+}
+
+function Sure({ run, busy, onKeep }) {
+  const keep = useFocus();
   return html`
-    <span class="sure" role="group" aria-label="Delete this render and its files?" onKeyDown=${(event) => event.key === "Escape" && setAsked(false)}>
+    <span class="sure" role="group" aria-label="Delete this render and its files?" onKeyDown=${(event) => event.key === "Escape" && onKeep()}>
       <span>Delete it and its files?</span>
       <button type="button" class="grave" disabled=${busy} onClick=${() => run()}>Delete</button>
-      <button type="button" ref=${keep} onClick=${() => setAsked(false)}>Keep</button>
+      <button type="button" ref=${keep} onClick=${onKeep}>Keep</button>
     </span>
   `;
 }

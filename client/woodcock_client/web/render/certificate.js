@@ -20,15 +20,16 @@ export function Cautions({ certificate }) {
 export const Certificate = ({ certificate }) => html`
   <section>
     <h2>Certificate</h2>
-    <p class="explain">What was checked of this picture and of the program that made it, on the device that ran it.</p>
+    <p class="explain">What was checked of this picture and of the program that made it, on the device that ran it. Open a line for what it means.</p>
     <ul class="certificate">
       ${certificate.lines.map(({ name, status, says }) => html`
         <li key=${name} class=${status.replace(" ", "-")}>
           <span class="sign" aria-hidden="true">${SIGNS[status]}</span>
           <div>
-            <h3><span class="name">${name}</span> ${status !== "stated" && html`<span class="fact">${status}</span>`}</h3>
+            ${MEANINGS[name]
+              ? html`<details><summary><${Heading} name=${name} status=${status} /></summary><${Meaning} ...${MEANINGS[name]} status=${status} /></details>`
+              : html`<${Heading} name=${name} status=${status} />`}
             <p>${says}</p>
-            ${MEANINGS[name] && html`<${Meaning} ...${MEANINGS[name]} status=${status} />`}
           </div>
         </li>
       `)}
@@ -36,10 +37,10 @@ export const Certificate = ({ certificate }) => html`
   </section>
 `;
 
+const Heading = ({ name, status }) =>
+  html`<h3><span class="name">${name}</span> ${status !== "stated" && html`<span class="fact">${status}</span>`}</h3>`;
+
 const Meaning = ({ what, how, failed, status }) => html`
-  <details>
-    <summary>What this means</summary>
-    <p>${what} ${how}</p>
-    <p>${status === "failed" ? "It failed: " : "Had it failed: "}${failed[0].toLowerCase() + failed.slice(1)}</p>
-  </details>
+  <p class="meaning">${what} ${how}</p>
+  <p class="meaning">${status === "failed" ? "It failed: " : "Had it failed: "}${failed[0].toLowerCase() + failed.slice(1)}</p>
 `;

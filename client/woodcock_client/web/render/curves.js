@@ -21,7 +21,8 @@ const dotsOf = (points, unit, errorOf) =>
     }))
     .filter(({ seconds, error }) => seconds > 0 && error > 0);
 
-const fitOf = (slope) => (typeof slope?.slope === "number" ? slope : null);
+// A slope of which no more is known, for want of points or because pixels have different numbers of samples, is not drawn.
+const fitOf = (slope, verdict) => (typeof slope?.slope === "number" && verdict !== "not known" ? slope : null);
 
 // {relative, curves, goals}. relative: are errors shares of the mean luminance, or, where one of the pictures is black,
 // radiances? A curve has {name, look, truth, dots, fit}; truth: of the error against a reference. goals: errors that
@@ -31,13 +32,13 @@ export function curvesOf(series) {
   const alone = series.length === 1;
   const curves = series.flatMap(({ name, points, mean, slope }, index) => {
     const unit = relative ? mean : 1;
-    const own = { look: index, name: alone ? "Estimated by its samples" : name, truth: false, fit: fitOf(slope) };
+    const own = { look: index, name: alone ? "Estimated by its samples" : name, truth: false, fit: fitOf(slope, slope?.verdict) };
     const true_ = { look: alone ? 1 : index, name: alone ? "True, against the reference" : `${name}, true`, truth: true };
     return [
       { ...own, dots: dotsOf(points, unit, ({ rmse }) => rmse) },
       {
         ...true_,
-        fit: fitOf(slope?.against),
+        fit: fitOf(slope?.against, slope?.verdict),
         dots: dotsOf(points, unit, ({ against }) => Math.sqrt(Math.max(against?.mse ?? 0, 0))),
       },
     ];

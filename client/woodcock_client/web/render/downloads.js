@@ -7,9 +7,10 @@ import { html } from "../html.js";
 // A name that every file system takes
 const stem = (job) => job.name.replace(/[^\p{L}\p{N}._-]+/gu, "-").replace(/^[-.]+|[-.]+$/g, "") || job.id;
 
-export function Downloads({ job }) {
+// whole: is there a report's page?
+export function Downloads({ job, whole }) {
   const scene = useScene(job.scene);
-  const { image, preview, report } = job.links;
+  const { image, preview, report, report_page: page } = job.links;
   const name = stem(job);
   const absent = isActive(job) ? "not yet" : "none";
   return html`
@@ -20,6 +21,7 @@ export function Downloads({ job }) {
         <${File} href=${preview} name=${`${name}.png`} label="PNG" about=${preview ? "tone-mapped" : absent} />
         <${File} href=${report} name=${`${name}.report.json`} label="Report" about=${report ? "JSON" : absent} />
         <${File} href=${scene} name=${`${name}.json`} label="Scene" about="JSON" />
+        ${whole && html`<li class="whole"><a class="button" href=${page}>Report page <span class="fact">error, pictures of it</span></a></li>`}
       </ul>
     </section>
   `;

@@ -5,7 +5,8 @@ import { followJob, getJob, getReport, isActive, listDevices } from "../api.js";
 
 const RETRY = 3000; // ms before a page that could not be loaded tries again
 
-// {job, report, devices, problem, away, onChange}. onChange: told what the page itself has made of the job.
+// {job, report, devices, problem, away, onChange}. report: null before there is one, {problem, again} where it cannot be
+// had; onChange: told what the page itself has made of the job.
 export function useRender(id) {
   const [job, setJob] = useState(null);
   const [report, setReport] = useState(null);
@@ -26,7 +27,12 @@ export function useRender(id) {
         if (abort.signal.aborted) return undefined;
         setJob(loaded);
         setProblem(null);
-        const finish = (done) => done.links.report && getReport(done, abort.signal).then(setReport, ignore);
+        const finish = (done) => {
+          if (!done.links.report) return;
+          setReport(null);
+          getReport(done, abort.signal).then(setReport, (problem) =>
+            abort.signal.aborted || setReport({ problem, again: () => finish(done) }));
+        };
         if (!isActive(loaded)) return finish(loaded);
         let latest = loaded;
         stop = followJob(loaded, {

@@ -1,7 +1,8 @@
 // A render's name and tags, changed where they stand.
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 import { changeJob } from "../api.js";
+import { useFocus, useReturn } from "../focus.js";
 import { title } from "../format.js";
 import { html } from "../html.js";
 import { useOnce } from "../once.js";
@@ -9,16 +10,11 @@ import { useOnce } from "../once.js";
 // onChange: given what has become of the job
 export function Name({ job, onChange }) {
   const [editing, setEditing] = useState(false);
-  const button = useRef();
+  const button = useReturn(editing);
   const { busy, problem, run } = useOnce(async (_, name) => {
     if (name !== job.name) onChange(await changeJob(job, { name }));
     setEditing(false);
   });
-  const was = useRef(false);
-  useEffect(() => {
-    if (was.current && !editing) button.current.focus();
-    was.current = editing;
-  }, [editing]);
   if (!editing) {
     return html`
       <h1>${title(job)}</h1>
@@ -36,10 +32,8 @@ export function Name({ job, onChange }) {
   `;
 }
 
-// A field that has the focus as soon as it is there.
 function Field({ label, name, value, most, busy, onLeave }) {
-  const field = useRef();
-  useEffect(() => field.current.select(), []);
+  const field = useFocus();
   return html`
     <input ref=${field} name=${name} aria-label=${label} placeholder=${label} defaultValue=${value} maxlength=${most} readonly=${busy} onKeyDown=${(event) => event.key === "Escape" && onLeave()} />
   `;
@@ -47,11 +41,11 @@ function Field({ label, name, value, most, busy, onLeave }) {
 
 export function Tags({ job, onChange }) {
   const [adding, setAdding] = useState(false);
-  const list = useRef();
+  const button = useReturn(adding);
   const { busy, problem, run } = useOnce(async (_, tags) => {
     onChange(await changeJob(job, { tags }));
     setAdding(false);
-    list.current.querySelector("button:last-of-type")?.focus();
+    button.current?.focus(); // the tag that was removed had it
   });
   function add(event) {
     event.preventDefault();
@@ -60,7 +54,7 @@ export function Tags({ job, onChange }) {
     else setAdding(false);
   }
   return html`
-    <ul class="tags" aria-label="Tags" ref=${list}>
+    <ul class="tags" aria-label="Tags">
       ${job.tags.map((tag) => html`
         <li key=${tag} class="tag">
           <a href=${`/?tag=${encodeURIComponent(tag)}`} data-route>${tag}</a>
@@ -70,7 +64,7 @@ export function Tags({ job, onChange }) {
       <li>
         ${adding
           ? html`<form class="rename" onSubmit=${add}><${Field} label="New tag" name="tag" value="" most="64" busy=${busy} onLeave=${() => setAdding(false)} /><button class="small" disabled=${busy}>Add</button></form>`
-          : html`<button type="button" class="small" onClick=${() => setAdding(true)}>Add tag</button>`}
+          : html`<button type="button" class="small" ref=${button} onClick=${() => setAdding(true)}>Add tag</button>`}
       </li>
       <li><span class="fault" role="alert">${problem?.message}</span></li>
     </ul>

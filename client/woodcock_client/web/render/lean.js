@@ -61,7 +61,7 @@ export function Lean({ kinds, program, gain }) {
               <dt>${name}</dt>
               <dd>
                 ${used.length > 0 && html`<span>${used.map((kind) => words[kind] ?? kind).join(", ")}</span>`}
-                ${left.length > 0 && html` <span class="without">${used.length > 0 ? "without" : "none:"} ${left.map((kind) => words[kind]).join(", ")}</span>`}
+                ${left.length > 0 && html` <span class="without">${used.length > 0 ? "· " : ""}without ${left.map((kind) => words[kind]).join(", ")}</span>`}
               </dd>
             </div>
           `;

@@ -42,7 +42,7 @@ const Row = ({ name, children }) => {
 };
 
 // The files that a scene names, by where: [path, id].
-export function filesOf(value, path = "") {
+function filesOf(value, path = "") {
   if (Array.isArray(value)) return value.flatMap((each, index) => filesOf(each, `${path}[${index}]`));
   if (value === null || typeof value !== "object") return [];
   return Object.entries(value).flatMap(([key, each]) => {

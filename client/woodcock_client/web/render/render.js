@@ -5,7 +5,7 @@ import { Actions } from "./actions.js";
 import { Downloads } from "./downloads.js";
 import { Facts } from "./facts.js";
 import { useRender } from "./follow.js";
-import { duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
+import { brief, duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
 import { html } from "../html.js";
 import { Name, Tags } from "./label.js";
 import { Report } from "./report.js";
@@ -16,7 +16,8 @@ import { Viewer } from "../viewer/viewer.js";
 const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
 
 export function Render({ id, query }) {
-  const { job, report, devices, problem, away, onChange } = useRender(id);
+  const { job, report: found, devices, problem, away, onChange } = useRender(id);
+  const report = found?.problem ? null : found;
 
   useEffect(() => {
     scrollTo(0, 0);
@@ -53,12 +54,12 @@ export function Render({ id, query }) {
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
         <${Progress} job=${job} report=${report} />
         <${Actions} job=${job} report=${report} onChange=${onChange} />
-        ${report?.contract && job.links.report_page && html`<p><a class="button" href=${job.links.report_page}>Report page <span class="fact">error, pictures of it</span></a></p>`}
-        <${Downloads} job=${job} />
+        <${Downloads} job=${job} whole=${Boolean(report?.contract && job.links.report_page)} />
         <${Facts} job=${job} report=${report} devices=${devices} />
       </div>
     </div>
     ${report && html`<${Report} job=${job} report=${report} />`}
+    ${!report && job.links.report && html`<${Awaited} ...${found} />`}
   `;
 }
 
@@ -69,7 +70,7 @@ function Failure({ job }) {
   return html`
     <section class="failure" role="alert">
       <h2>This render failed</h2>
-      <p>${sentence}</p>
+      <p>${brief(sentence)}</p>
       ${rest.length > 0 && html`<details><summary>Everything that was said</summary><pre>${rest.join("\n").trim()}</pre></details>`}
       <p class="fact">${help}</p>
       <p class="fact">It will not be tried again by itself.</p>
@@ -119,6 +120,15 @@ const inUnits = (rmse, relative) =>
   relative !== null
     ? `: ${percent(relative)} of the mean, ${number(rmse)} in the scene’s unit of radiance`
     : ", in the scene’s unit of radiance";
+
+// In the report's place while it is fetched, or cannot be.
+const Awaited = ({ problem, again }) => html`
+  <div class="report awaited" role=${problem ? "alert" : "status"}>
+    ${problem
+      ? html`<p>The report cannot be shown. ${problem.message} <button type="button" onClick=${again}>Try again</button></p>`
+      : html`<p class="fact">Loading the report…</p>`}
+  </div>
+`;
 
 const Loading = () => html`
   <div class="heading" role="status"><a class="up" href="/" data-route>Renders</a><h1>Loading…</h1></div>

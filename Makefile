@@ -66,7 +66,7 @@ peers:
 	done
 
 clean:
-	rm -rf .venv .venv-peers benchmarks build dist demo .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-peers benchmarks build dist demo screenshots .mypy_cache .pytest_cache .ruff_cache
 	find $(SOURCES) -name __pycache__ -prune -exec rm -rf {} +
 
 # An editable installation; again whenever pyproject.toml changes.

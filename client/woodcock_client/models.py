@@ -27,6 +27,7 @@ class Links(Answer):
     events: str
     image: str | None = None
     preview: str | None = None
+    layers: str | None = None
     report: str | None = None
     report_page: str | None = None
 

@@ -1,16 +1,19 @@
-"""Pictures out, through OpenImageIO: a multi-layer EXR of what was measured, and a PNG to look at."""
+"""Pictures out: a multi-layer EXR of what was measured, a PNG to look at, and a small WebP of that."""
 
 from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
 from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
 
 from woodcock import denoise as denoiser
 from woodcock.files import replacing
@@ -44,13 +47,10 @@ def write_exr(path: Path, film: Film, header: Mapping[str, str], denoise: bool =
 
     header: becomes `woodcock:…`. Raises OSError, ImageError and DenoiseError.
     """
-    beauty, variance = film.names[: film.channels], film.variance()
-    layers: dict[str, NDArray[Any]] = {name: film.mean[..., index] for index, name in enumerate(film.names)}
-    layers |= {f"variance.{name}": variance[..., i] for i, name in enumerate(film.names) if is_radiance(name)}
-    for layer, pixels in (("bound", film.bound), ("denoised", denoised(film) if denoise else None)):
-        if pixels is not None:
-            layers |= {f"{layer}.{name}": pixels[..., index] for index, name in enumerate(beauty)}
-    layers["samples.count"] = film.count
+    layers = measured(film)
+    if denoise:
+        beauty = denoised(film)
+        layers |= {f"denoised.{name}": beauty[..., i] for i, name in enumerate(film.names[: film.channels])}
     spec = oiio.ImageSpec(film.width, film.height, len(layers), oiio.FLOAT)
     spec.channelnames = tuple(layers)
     spec.attribute("compression", "zip")
@@ -60,6 +60,17 @@ def write_exr(path: Path, film: Film, header: Mapping[str, str], denoise: bool =
     # A variance that float32 cannot hold becomes infinite, never a wrong number.
     with np.errstate(over="ignore"):
         _write(path, spec, np.stack([pixels.astype(np.float32) for pixels in layers.values()], axis=-1))
+
+
+def measured(film: Film) -> dict[str, NDArray[Any]]:
+    """(height, width) by the name of the channel, as an EXR has them: those of the film, the variance of those that are
+    radiance, the bound if there is one, and the count of samples."""
+    variance = film.variance()
+    layers: dict[str, NDArray[Any]] = {name: film.mean[..., index] for index, name in enumerate(film.names)}
+    layers |= {f"variance.{name}": variance[..., i] for i, name in enumerate(film.names) if is_radiance(name)}
+    if film.bound is not None:
+        layers |= {f"bound.{name}": film.bound[..., i] for i, name in enumerate(film.names[: film.channels])}
+    return {**layers, "samples.count": film.count}
 
 
 def write_preview(path: Path, film: Film, size: int | None = None) -> None:
@@ -74,6 +85,20 @@ def write_preview(path: Path, film: Film, size: int | None = None) -> None:
     # Written every second of a render: much faster than the default, for little more size.
     spec.attribute("png:compressionLevel", 1)
     _write(path, spec, pixels)
+
+
+def write_thumbnail(path: Path, preview: Path, size: int) -> None:
+    """Writes a WebP of a preview; size: longest side, pixels. Raises OSError and ImageError."""
+    # Not through OpenImageIO, whose writer of WebP tries for ever where the disk is full.
+    content = BytesIO()
+    try:
+        with Image.open(preview, formats=["PNG"]) as image:
+            image.thumbnail((size, size), Image.Resampling.LANCZOS)
+            image.save(content, "WEBP", quality=85)
+    except UnidentifiedImageError:
+        raise ImageError(f"{preview}: is no preview") from None
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.getvalue())
 
 
 def white_of(radiance: NDArray[np.float64]) -> float:
@@ -100,17 +125,46 @@ def tone_map(radiance: NDArray[np.float64], white: float | None = None) -> NDArr
 
 def read_exr(path: Path) -> tuple[dict[str, NDArray[np.float32]], dict[str, str]]:
     """Every channel by name (height, width), and the `woodcock:…` header without that prefix. Raises ImageError."""
+    with _opened(path) as image:
+        spec = image.spec()
+        return _rows(path, image, 0, spec.height, spec.channelnames), header_of(spec)
+
+
+def shape_of(path: Path) -> tuple[tuple[str, ...], int, int]:
+    """Names of an EXR's channels, its width and its height, without reading a pixel. Raises ImageError."""
+    with _opened(path) as image:
+        spec = image.spec()
+        return tuple(spec.channelnames), spec.width, spec.height
+
+
+def read_rows(path: Path, start: int, stop: int, names: Sequence[str]) -> dict[str, NDArray[np.float32]]:
+    """Rows [start, stop) of an EXR's channels of these names (stop - start, width). Raises ImageError."""
+    with _opened(path) as image:
+        return _rows(path, image, start, stop, names)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[oiio.ImageInput]:
     image = oiio.ImageInput.open(str(path))
     if image is None:
         raise ImageError(f"{path}: {oiio.geterror()}")
     try:
-        spec = image.spec()
-        pixels = image.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
-        if pixels is None:
-            raise ImageError(f"{path}: {image.geterror()}")
+        yield image
     finally:
         image.close()
-    return {name: pixels[..., index] for index, name in enumerate(spec.channelnames)}, header_of(spec)
+
+
+def _rows(
+    path: Path, image: oiio.ImageInput, start: int, stop: int, names: Sequence[str]
+) -> dict[str, NDArray[np.float32]]:
+    spec = image.spec()
+    at = [spec.channelnames.index(name) for name in names]
+    first, last = min(at), max(at)
+    pixels = image.read_scanlines(0, 0, spec.y + start, spec.y + stop, 0, first, last + 1, oiio.FLOAT)
+    if pixels is None:
+        raise ImageError(f"{path}: {image.geterror()}")
+    pixels = pixels.reshape(stop - start, spec.width, last + 1 - first)
+    return {name: pixels[..., index - first] for name, index in zip(names, at, strict=True)}
 
 
 def header_of(spec: oiio.ImageSpec) -> dict[str, str]:

@@ -32,8 +32,10 @@ from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.gallery import examples
 from woodcock_server.jobs import endpoints as jobs
-from woodcock_server.jobs import repository, watching
+from woodcock_server.jobs import listing, repository, watching
 from woodcock_server.jobs.limits import Limits
+from woodcock_server.layers import endpoints as layers
+from woodcock_server.layers.pictures import Pictures
 from woodcock_server.metrics import CountRequests, Metrics
 from woodcock_server.retention import endpoints as retention
 from woodcock_server.retention import sweeper
@@ -91,6 +93,7 @@ def create_app(settings: Settings) -> FastAPI:
                     Slices(parser, storage),
                     limits,
                     rule,
+                    Pictures(storage),
                     settings.insecure,
                 )
                 yield
@@ -110,7 +113,7 @@ def create_app(settings: Settings) -> FastAPI:
         "dependencies": [Depends(guard.authorized)],
         "responses": problems.problem_schema(401, 403),
     }
-    for endpoints in (jobs, batches, comparisons, volumes, devices, retention, examples):
+    for endpoints in (jobs, layers, batches, comparisons, volumes, devices, retention, examples):
         app.include_router(endpoints.router, **guarded)
     app.add_api_route("/metrics", scrape, methods=["GET"], response_class=PlainTextResponse, tags=["health"], **guarded)
     # Public: what tells nothing of anybody's work.
@@ -171,7 +174,7 @@ def scrape(request: Request, services: Provided) -> Response:
     metrics = services.metrics
     try:
         with services.engine.connect() as connection:
-            for state, count in repository.counts(connection).items():
+            for state, count in listing.states(connection).items():
                 metrics.jobs.labels(state).set(count)
     except SQLAlchemyError as error:  # What this server did is its own to tell.
         log.error("the database does not answer", error=str(error))

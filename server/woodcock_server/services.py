@@ -14,6 +14,7 @@ from woodcock_server.devices.service import Found
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.jobs.limits import Limits
+from woodcock_server.layers.pictures import Pictures
 from woodcock_server.metrics import Metrics
 from woodcock_server.retention.due import Rule
 from woodcock_server.storage import Storage
@@ -35,6 +36,7 @@ class Services:
     slices: Slices
     limits: Limits
     retention: Rule
+    pictures: Pictures
     insecure: bool  # nobody is asked for a token
 
 

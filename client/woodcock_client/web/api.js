@@ -17,17 +17,23 @@ const NO_ANSWER = "The service does not answer.";
 export const SIGNED_OUT = "woodcock-signed-out";
 
 async function ask(path, options) {
+  const response = await answer(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
+  if (response.status === 204) return null;
+  const body = await response.json().catch(() => null);
+  if (body === null) throw new Problem(response.status, `The service answered ${response.status}.`);
+  return body;
+}
+
+async function answer(path, options) {
   let response;
   try {
-    response = await fetch(path, { cache: "no-store", ...options, headers: { Accept: "application/json", ...options.headers } });
+    response = await fetch(path, options);
   } catch (error) {
     if (error.name === "AbortError") throw error;
     throw new Problem(0, NO_ANSWER);
   }
-  if (response.status === 204) return null;
-  const body = await response.json().catch(() => null);
-  if (!response.ok || body === null) throw refusal(response.status, body);
-  return body;
+  if (!response.ok) throw refusal(response.status, await response.json().catch(() => null));
+  return response;
 }
 
 function refusal(status, body) {
@@ -37,21 +43,62 @@ function refusal(status, body) {
 
 const get = (path, signal) => ask(path, { signal });
 
-const post = (path, body, { signal, headers } = {}) =>
-  ask(path, { method: "POST", headers: { "Content-Type": "application/json", ...headers }, body: JSON.stringify(body), signal });
+const send = (method, path, body, { headers, ...options } = {}) =>
+  ask(path, { method, headers: { "Content-Type": "application/json", ...headers }, body: JSON.stringify(body), ...options });
 
-export const signIn = (token) => post(`${ROOT}/session`, { token });
+export const signIn = (token) => send("POST", `${ROOT}/session`, { token });
 
-export const listJobs = ({ limit, cursor, batch }, signal) => {
-  const query = new URLSearchParams({ limit });
+// The wall
+
+// filter: the query of a listing, as text
+export const listJobs = ({ limit, cursor, filter }, signal) => {
+  const query = new URLSearchParams(filter);
+  query.set("limit", limit);
   if (cursor) query.set("cursor", cursor);
-  if (batch) query.set("batch", batch);
   return get(`${ROOT}/jobs?${query}`, signal);
 };
+
+export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
+
+export const tagJob = (id, tags) => send("PATCH", `${ROOT}/jobs/${encodeURIComponent(id)}`, { tags });
+
+export const MOST_DELETED = 1000; // jobs at a time
+
+// leaving: the request goes on when its page is no more
+export const deleteJobs = (ids, leaving) => send("POST", `${ROOT}/jobs/delete`, { ids }, { keepalive: leaving });
+
+// Batches
+
+const batchAt = (id) => `${ROOT}/batches/${encodeURIComponent(id)}`;
+
+// What has not changed does not come again: a batch may have a thousand jobs.
+export const getBatch = (id, signal) => ask(batchAt(id), { signal, cache: "no-cache" });
+
+export const cancelBatch = (id) => ask(`${batchAt(id)}/cancel`, { method: "POST" });
+
+export const deleteBatch = (id, leaving) => ask(batchAt(id), { method: "DELETE", keepalive: leaving });
+
+// Renders
 
 export const getJob = (id, signal) => get(`${ROOT}/jobs/${encodeURIComponent(id)}`, signal);
 
 export const getReport = (job, signal) => get(job.links.report, signal);
+
+export const getLayers = (link, signal) => get(link, signal);
+
+// {body: ArrayBuffer, headers}; the browser keeps what the service says that it may.
+export async function getLayer(link, signal) {
+  const response = await answer(link, { signal });
+  try {
+    return { body: await response.arrayBuffer(), headers: response.headers };
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Problem(0, "The service does not answer.");
+  }
+}
+
+export const getPixels = (job, { x, y, width = 1, height = 1 }, signal) =>
+  get(`${job.links.self}/pixels?${new URLSearchParams({ x, y, width, height })}`, signal);
 
 export const listDevices = (signal) => get(`${ROOT}/devices`, signal);
 
@@ -104,14 +151,14 @@ export const getSchemas = (signal) => get("/openapi.json", signal).then((api) =>
 
 export const listExamples = (signal) => get(`${ROOT}/examples`, signal);
 
-export const validateJob = (job, signal) => post(`${ROOT}/jobs/validate`, job, { signal });
+export const validateJob = (job, signal) => send("POST", `${ROOT}/jobs/validate`, job, { signal });
 
-export const checkJob = (job, signal) => post(`${ROOT}/jobs/check`, job, { signal });
+export const checkJob = (job, signal) => send("POST", `${ROOT}/jobs/check`, job, { signal });
 
 // key: under which it may be sent again without being done twice
-export const submitJob = (job, key) => post(`${ROOT}/jobs`, job, { headers: { "Idempotency-Key": key } });
+export const submitJob = (job, key) => send("POST", `${ROOT}/jobs`, job, { headers: { "Idempotency-Key": key } });
 
-export const submitBatch = (batch, key) => post(`${ROOT}/batches`, batch, { headers: { "Idempotency-Key": key } });
+export const submitBatch = (batch, key) => send("POST", `${ROOT}/batches`, batch, { headers: { "Idempotency-Key": key } });
 
 // Files that scenes name
 

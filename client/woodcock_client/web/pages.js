@@ -7,12 +7,17 @@ export const PAGES = [
   {
     path: /^\/$/,
     load: () => import("./wall/wall.js").then((module) => module.Wall),
-    key: (_, query) => `wall ${query.get("batch")}`,
+    key: () => "wall",
   },
   {
     path: /^\/renders\/(?<id>[^/]+)\/?$/,
     load: () => import("./render/render.js").then((module) => module.Render),
     key: ({ id }) => `render ${id}`,
+  },
+  {
+    path: /^\/batches\/(?<id>[^/]+)\/?$/,
+    load: () => import("./batch/batch.js").then((module) => module.Batch),
+    key: ({ id }) => `batch ${id}`,
   },
   {
     path: /^\/submit\/?$/,

@@ -1,4 +1,4 @@
-"""/, /renders/{id}, /submit and /web"""
+"""/, /renders/{id}, /batches/{id}, /submit and /web"""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ static = StaticFiles(directory=WEB)
 
 @router.get("/")
 @router.get("/renders/{id}")
+@router.get("/batches/{id}")
 @router.get("/submit")
 def page() -> FileResponse:
-    """One page shows all; it reads its own address."""
+    """One page shows them all; it reads its own address."""
     return FileResponse(WEB / "index.html", headers={"Cache-Control": "no-cache"})

@@ -6,16 +6,14 @@ import { Downloads } from "./downloads.js";
 import { Facts } from "./facts.js";
 import { duration, isDeterministic, number, percent, progress, STATES, title } from "../format.js";
 import { html } from "../html.js";
-import { Picture } from "../picture.js";
 import { Badge, Bar, Notice, Offline } from "../states.js";
+import { Viewer } from "../viewer/viewer.js";
 
-const REFINE = 1500; // ms between two versions of the picture
-const SMALL = 320; // pixels; a picture up to this size shows its pixels rather than a blur
 const RETRY = 3000; // ms before a page that could not be loaded tries again
 
 const BACK = html`<a class="button" href="/" data-route>All renders</a>`;
 
-export function Render({ id }) {
+export function Render({ id, query }) {
   const { job, report, devices, problem, away } = useRender(id);
 
   useEffect(() => {
@@ -47,9 +45,7 @@ export function Render({ id }) {
       <${Badge} state=${job.state} label=${STATES[job.state]} />
     </div>
     <div class="render">
-      <div class=${`stage large ${Math.max(job.width, job.height) <= SMALL ? "pixels" : ""}`} style=${{ "--width": job.width, "--height": job.height }}>
-        <${Picture} job=${job} every=${REFINE} />
-      </div>
+      <${Viewer} job=${job} query=${query} />
       <div class="side">
         ${job.state === "failed" && html`<${Failure} job=${job} />`}
         <${Progress} job=${job} report=${report} />
@@ -166,7 +162,7 @@ const inUnits = (rmse, relative) =>
 const Loading = () => html`
   <div class="heading" role="status"><a class="up" href="/" data-route>Renders</a><h1>Loading…</h1></div>
   <div class="render" aria-hidden="true">
-    <div class="stage large"></div>
+    <div class="viewer"><div class="stage large"></div></div>
     <div class="side"></div>
   </div>
 `;

@@ -96,7 +96,7 @@ export function Submit({ query }) {
         <${Files} uploads=${uploads} onFiles=${send} onUse=${(volume, more) => use(view.current, schema, volume, more)} />
       </div>
     </div>
-    <div class="over" hidden=${!over}><p>Drop files to upload them</p></div>
+    <div class="dropping" hidden=${!over}><p>Drop files to upload them</p></div>
   `;
 }
 
@@ -155,7 +155,7 @@ function Sending({ request, axes, sweep }) {
       const whole = JSON.stringify(body);
       if (sent.current.whole !== whole) sent.current = { whole, key: newKey() };
       const { key } = sent.current;
-      if (swept) go(`/?batch=${encodeURIComponent((await submitBatch(body, key)).id)}`);
+      if (swept) go(`/batches/${encodeURIComponent((await submitBatch(body, key)).id)}`);
       else go(`/renders/${encodeURIComponent((await submitJob(body, key)).id)}`);
     });
 

@@ -38,7 +38,7 @@ function Axis({ number, axis, several, onChange, onRemove }) {
     </label>
   `;
   return html`
-    <fieldset class="axis">
+    <fieldset class="varied">
       <legend>Field ${number}</legend>
       ${text("path", "Path", { list: "paths", placeholder: "volumes[0].sigma_t", spellcheck: false, autocomplete: "off" })}
       <label class="field">

@@ -245,8 +245,12 @@ def _picture(path: Path, kind: str, row: repository.Row, samples: int | None, st
     # The last samples are counted before the last picture is there, so they alone do not name it; and what is replaced
     # now may be newer than the row that was read. After the end nothing is.
     named = State(row["state"]).final and (samples, state) == (row["samples"], row["state"])
-    # Read at once: a file that is replaced while it is sent would not have the length that was announced.
-    return Response(path.read_bytes(), media_type=kind, headers={"Cache-Control": FOR_EVER if named else FOR_NOW})
+    try:
+        # Read at once: a file that is replaced while it is sent would not have the length that was announced.
+        content = path.read_bytes()
+    except FileNotFoundError:  # It was deleted just now, as from a wall that shows it.
+        raise service.JobMissing(row["id"]) from None
+    return Response(content, media_type=kind, headers={"Cache-Control": FOR_EVER if named else FOR_NOW})
 
 
 @router.get("/{id}/report.json", response_model=Report, responses=problem_schema(404))

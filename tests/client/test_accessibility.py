@@ -76,7 +76,10 @@ PAGES: dict[str, tuple[str, Callable[[Page], None]]] = {
     "compare-choose": ("/compare", lambda page: expect(page.get_by_role("heading", name="Compare")).to_be_visible()),
     "submit": ("/submit", written),
     "fleet": ("/fleet", fleet),
-    "absent": ("/renders/%E0", lambda page: expect(page.get_by_role("heading", name="There is no such page")).to_be_visible()),
+    "absent": (
+        "/renders/%E0",
+        lambda page: expect(page.get_by_role("heading", name="There is no such page")).to_be_visible(),
+    ),
 }
 
 

@@ -135,7 +135,7 @@ def test_a_picture_is_shown_against_its_reference(service: Service, page: Page, 
     centre = "all => all.map(one => one.getBBox()).map(box => [box.x + box.width / 2, box.y + box.height / 2])"
     estimated, true = (page.locator(f".board .marker{mark}").evaluate_all(centre) for mark in (":not(.open)", ".open"))
     assert true == [pytest.approx(at, abs=0.1) for at in estimated[1:]], "the two are equal"
-    expect(page.locator(".legend")).to_contain_text("True, against the reference 5 %")
+    expect(page.locator(".key")).to_contain_text("True, against the reference 5 %")
 
 
 def test_a_report_of_before_is_shown_as_it_was(service: Service, page: Page, scene_json: dict[str, Any]) -> None:
@@ -358,7 +358,7 @@ def test_the_chart_is_read_by_keys_by_the_pointer_and_as_a_table(
     page.locator(".board .marker").nth(2).hover(force=True)
     expect(page.locator(".tip")).to_contain_text("10 %")
     expect(page.get_by_text("asked for: 2 %")).to_be_visible()
-    expect(page.locator(".legend")).to_contain_text("in its 95 % band")
+    expect(page.locator(".key")).to_contain_text("in its 95 % band")
     page.get_by_text("Values", exact=True).click()
     rows = page.locator(".error-chart tbody tr")
     expect(rows).to_have_count(4)

@@ -34,6 +34,18 @@ def test_the_policy_admits_the_import_map_and_the_map_names_files() -> None:
         assert (WEB.parent / address[1:]).is_file()
 
 
+def test_pages_share_no_class_but_those_of_the_house() -> None:
+    """All stylesheets are loaded on every page: what one says of a class must not befall another's."""
+    owners: dict[str, set[str]] = {}
+    for sheet in WEB.glob("*/*.css"):
+        rules = re.sub(r"/\*.*?\*/", "", sheet.read_text(), flags=re.DOTALL)
+        for selector in (each for group in re.findall(r"([^{}]+)\{", rules) for each in group.split(",")):
+            if named := re.match(r"\s*\.([\w-]+)", selector):
+                owners.setdefault(named[1], set()).add(sheet.parent.name)
+    house = set(re.findall(r"\.([a-z][\w-]*)", (WEB / "style.css").read_text()))
+    assert {name: pages for name, pages in owners.items() if len(pages) > 1 and name not in house} == {}
+
+
 def test_the_report_has_a_word_for_everything_that_a_scene_may_do_without() -> None:
     source = (WEB / "render/lean.js").read_text()
     table = source[source.index("const CONCEPTS") : source.index("\n};")]

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel
 
 from woodcock_server.retention.due import Rule, due
+from woodcock_server.retention.sweeper import measure
 from woodcock_server.services import Provided
 
 router = APIRouter(prefix="/api/v1/retention", tags=["retention"])
@@ -54,6 +55,7 @@ def ask_retention(
 ) -> Retention:
     """What would be deleted by the service's rule, or by another one; nothing is."""
     rule = services.retention if days is None and size is None else Rule(days, size)
+    measure(services.engine, services.storage)
     with services.engine.connect() as connection:
         found = due(connection, rule, datetime.now(UTC))
     return Retention(

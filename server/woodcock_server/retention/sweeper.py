@@ -50,7 +50,7 @@ async def _run(engine: Engine, storage: Storage, rule: Rule) -> None:
 
 def sweep(engine: Engine, storage: Storage, rule: Rule, now: datetime) -> Due:
     """Measure what has ended, and delete what is due; blocks. Returns what was."""
-    _measure(engine, storage)
+    measure(engine, storage)
     with engine.connect() as connection:
         found = due(connection, rule, now)
     for group in found.groups:
@@ -60,7 +60,8 @@ def sweep(engine: Engine, storage: Storage, rule: Rule, now: datetime) -> Due:
     return found
 
 
-def _measure(engine: Engine, storage: Storage) -> None:
+def measure(engine: Engine, storage: Storage) -> None:
+    """Note the size of jobs that have ended lately."""
     with engine.connect() as connection:
         ended = jobs.unmeasured(connection, AT_ONCE)
     sizes = {job_id: storage.size(job_id) for job_id in ended}

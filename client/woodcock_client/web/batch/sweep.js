@@ -20,7 +20,7 @@ export function Sweep({ batch, at, onAt }) {
   const [down, across] = axes.slice(-2);
   return html`
     ${others.length > 0 && html`
-      <div class="others">
+      <div class="other-axes">
         ${others.map((axis, index) => html`
           <label key=${index}>
             <span aria-hidden="true">${called(axis)}</span>

@@ -63,7 +63,7 @@ export function Picker({ chosen }) {
       <h1>Compare</h1>
     </div>
     <p class="fact">Choose two to four finished renders of one size. The first is what the others are held against.</p>
-    <form class="pick" role="search" onSubmit=${compare}>
+    <form class="picker" role="search" onSubmit=${compare}>
       <label>Name <input type="search" value=${text} onInput=${(event) => setText(event.target.value)} /></label>
       <button type="submit" class="primary" disabled=${picked.length < 2}>${picked.length < 2 ? "Compare" : `Compare these ${picked.length}`}</button>
     </form>

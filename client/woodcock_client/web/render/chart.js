@@ -103,7 +103,7 @@ function Tip({ stop, relative, x, y, width }) {
 }
 
 const Legend = ({ curves, relative, banded }) => html`
-  <ul class="legend">
+  <ul class="key">
     ${curves.map((curve) => html`
       <li key=${curve.name}>
         <svg width="14" height="14" aria-hidden="true"><${Marker} curve=${curve} x=${7} y=${7} size=${4} /></svg>
@@ -125,7 +125,7 @@ const Legend = ({ curves, relative, banded }) => html`
 
 // The same as numbers.
 const Values = ({ curves, relative }) => html`
-  <details class="values">
+  <details class="as-text">
     <summary>Values</summary>
     <div class="scroll" tabindex="0" role="region" aria-label="Values of the chart">
       <table>

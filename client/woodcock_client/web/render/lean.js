@@ -74,7 +74,7 @@ export function Lean({ kinds, program, gain }) {
 
 // By file, for who wants to know it exactly.
 const Sizes = ({ program: { remained, left_out: left, bytes: size, binary_bytes: built, registers } }) => html`
-  <details class="values">
+  <details class="as-text">
     <summary>File by file</summary>
     <p class="fact">
       ${[`${count(size)} bytes of text`, built !== null && `${count(built)} bytes as built`, registers !== null && `${registers} registers of a work item`].filter(Boolean).join(", ")}

@@ -28,7 +28,7 @@ export function Fields({ draft, devices, onChange }) {
         </select>
       </label>
       ${input("priority", "Priority", { type: "number", min: -100, max: 100, step: 1 })}
-      <label class="check">
+      <label class="choice">
         <input id=${controlOf("pinned")} type="checkbox" checked=${draft.pinned} onChange=${(event) => onChange({ pinned: event.target.checked })} />
         Pinned: not deleted for age or room
       </label>

@@ -32,7 +32,7 @@ export function Tags({ jobs, onDone, onChanged }) {
   }
 
   return html`
-    <dialog class="tags" ref=${dialog} aria-labelledby="tags-title" onClose=${onDone}>
+    <dialog class="tagging" ref=${dialog} aria-labelledby="tags-title" onClose=${onDone}>
       <form onSubmit=${save}>
         <h2 id="tags-title">Tags of ${count(jobs.length)} render${jobs.length === 1 ? "" : "s"}</h2>
         ${shown.length > 0 && html`

@@ -87,7 +87,7 @@ def test_who_has_a_token_signs_in(
     expect(page.locator("body")).not_to_contain_text("a secret")
     page.get_by_label("Token").fill("woodcock_wrong")
     page.keyboard.press("Enter")
-    expect(page.get_by_role("alert")).to_have_text("The token is unknown or revoked, or has expired.")
+    expect(page.locator("#token-fault")).to_have_text("The token is unknown or revoked, or has expired.")
     page.get_by_label("Token").fill(made.stdout.strip())
     page.get_by_role("button", name="Sign in").click()
     expect(page.get_by_role("heading", name="a secret")).to_be_visible()

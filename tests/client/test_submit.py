@@ -174,7 +174,7 @@ def test_an_example_renders_to_its_end(page: Page, address: str, editor: Locator
     page.get_by_role("button", name="Render", exact=True).click()
     expect(page.get_by_role("heading", name="shadow")).to_be_visible()
     expect(page.locator(".badge")).to_have_text("Done", timeout=60_000)
-    expect(page.locator(".stage img")).to_be_visible()
+    expect(page.locator("canvas").first).to_be_visible()
 
 
 def test_a_sweep_of_two_fields_is_a_batch(

@@ -196,7 +196,7 @@ def _compare(client: Client, made: Comparison, follow: bool) -> None:
 
 
 def _sweep(client: Client, made: Batch, follow: bool) -> None:
-    page = f"{client.base_url}/?batch={made.id}"
+    page = f"{client.base_url}/batches/{made.id}"
     typer.echo(page)
     if not follow:
         return

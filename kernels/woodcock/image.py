@@ -1,16 +1,18 @@
-"""Pictures out, through OpenImageIO: a multi-layer EXR of what was measured, and a PNG to look at."""
+"""Pictures out: a multi-layer EXR of what was measured, a PNG to look at, and a small WebP of that."""
 
 from __future__ import annotations
 
 import struct
 import zlib
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
 from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
 
 from woodcock import denoise as denoiser
 from woodcock.files import replacing
@@ -74,6 +76,20 @@ def write_preview(path: Path, film: Film, size: int | None = None) -> None:
     # Written every second of a render: much faster than the default, for little more size.
     spec.attribute("png:compressionLevel", 1)
     _write(path, spec, pixels)
+
+
+def write_thumbnail(path: Path, preview: Path, size: int) -> None:
+    """Writes a WebP of a preview; size: longest side, pixels. Raises OSError and ImageError."""
+    # Not through OpenImageIO, whose writer of WebP tries for ever where the disk is full.
+    content = BytesIO()
+    try:
+        with Image.open(preview, formats=["PNG"]) as image:
+            image.thumbnail((size, size), Image.Resampling.LANCZOS)
+            image.save(content, "WEBP", quality=85)
+    except UnidentifiedImageError:
+        raise ImageError(f"{preview}: is no preview") from None
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.getvalue())
 
 
 def white_of(radiance: NDArray[np.float64]) -> float:

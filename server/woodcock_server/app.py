@@ -31,7 +31,7 @@ from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
 from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.jobs import endpoints as jobs
-from woodcock_server.jobs import repository, watching
+from woodcock_server.jobs import listing, repository, watching
 from woodcock_server.jobs.limits import Limits
 from woodcock_server.metrics import CountRequests, Metrics
 from woodcock_server.retention import endpoints as retention
@@ -167,7 +167,7 @@ def scrape(request: Request, services: Provided) -> Response:
     metrics = services.metrics
     try:
         with services.engine.connect() as connection:
-            for state, count in repository.counts(connection).items():
+            for state, count in listing.states(connection).items():
                 metrics.jobs.labels(state).set(count)
     except SQLAlchemyError as error:  # What this server did is its own to tell.
         log.error("the database does not answer", error=str(error))

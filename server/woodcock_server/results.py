@@ -10,7 +10,7 @@ from typing import Any
 from woodcock import report
 from woodcock.contract import outcome
 from woodcock.film import Film
-from woodcock.image import write_exr, write_preview
+from woodcock.image import write_exr, write_preview, write_thumbnail
 from woodcock.pages import report_page
 from woodcock.reference import Reference
 from woodcock.report import Use
@@ -18,12 +18,14 @@ from woodcock.scene import RelativeErrorStop, Scene
 from woodcock.series import Point
 from woodcock_server.storage import Storage
 
-PREVIEW_SIZE = 1024  # longest side, pixels
+PREVIEW_SIZE, THUMBNAIL_SIZE = 1024, 320  # longest side, pixels
 
 
 def preview(storage: Storage, job_id: str, film: Film) -> None:
-    """Write preview.png; blocks."""
-    write_preview(storage.job_file(job_id, "preview.png"), film, PREVIEW_SIZE)
+    """Write preview.png and thumbnail.webp; blocks."""
+    path = storage.job_file(job_id, "preview.png")
+    write_preview(path, film, PREVIEW_SIZE)
+    write_thumbnail(path.with_name("thumbnail.webp"), path, THUMBNAIL_SIZE)
 
 
 def figures(scene: Scene, film: Film, seconds: float) -> dict[str, Any]:
@@ -49,7 +51,8 @@ def write(
     seconds: Mapping[str, float],
     reference: Reference | None,
 ) -> dict[str, Any]:
-    """Write image.exr, preview.png, report.json and report.html; blocks. Returns the report. Raises DenoiseError.
+    """Write image.exr, preview.png, thumbnail.webp, report.json and report.html; blocks. Returns the report. Raises
+    DenoiseError.
 
     seconds: of render, merge and check, and of what was written before.
     """

@@ -164,14 +164,16 @@ class Storage:
                 path.unlink(missing_ok=True)
 
     def hand_on(self, old: str, new: str) -> bool:
-        """Let a job that has not begun find the Film of another one, and its preview; False if that has none."""
+        """Let a job that has not begun find the Film of another one, and its pictures; False if that has none."""
         film = self.newest_checkpoint(old)
         if film is None:
             return False
         self.open_job(new)
-        # Neither is ever written to, only replaced.
+        # None is ever written to, only replaced.
         self.checkpoint(new, 0).hardlink_to(film)
         self.job_file(new, "preview.png").hardlink_to(self.job_file(old, "preview.png"))
+        with suppress(FileNotFoundError):  # It ended under a version that wrote none.
+            self.job_file(new, "thumbnail.webp").hardlink_to(self.job_file(old, "thumbnail.webp"))
         return True
 
     def _checkpoints(self, job_id: str) -> list[Path]:

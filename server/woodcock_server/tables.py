@@ -78,6 +78,7 @@ jobs = Table(
     Column("series", JSON, nullable=False),  # list of woodcock.series.Point
     Column("usage", JSON, nullable=False),  # device id -> woodcock.report.Use
     Column("spent", JSON, nullable=False),  # merge, check and write -> wall seconds
+    Column("integrator", String(64)),  # that it is rendered by, as its usage says
     # The series and the usage as of the checkpoint before: they are written first, so one of the two fits the Film.
     Column("kept", JSON(none_as_null=True)),
     Column("error", Text),
@@ -93,6 +94,9 @@ jobs = Table(
     Index(None, "owner", "size"),
     Index(None, "finished_at", "id"),
     Index(None, "batch", "id"),
+    # Pages of what is alike, newest first.
+    Index(None, "integrator", "id"),
+    Index(None, "state", "id"),
 )
 
 #: Words to find jobs by.
@@ -102,6 +106,15 @@ job_tags = Table(
     Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
     Column("tag", String(64), primary_key=True),
     Index(None, "tag", "job_id"),
+)
+
+#: Devices that have rendered a job, as its usage says.
+job_devices = Table(
+    "job_devices",
+    metadata,
+    Column("job_id", String(36), ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
+    Column("device", String(64), primary_key=True),
+    Index(None, "device", "job_id"),
 )
 
 #: Uploaded files that a job needs, which therefore stay.

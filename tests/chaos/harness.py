@@ -38,7 +38,7 @@ LEGAL = {
     "running": {"running", "queued", "cancelling", "succeeded", "failed"},
     "cancelling": {"cancelled"},
 }
-FILES = {"image.exr", "preview.png", "report.json", "report.html"}
+FILES = {"image.exr", "preview.png", "thumbnail.webp", "report.json", "report.html"}
 
 
 def wait_until(reached: Callable[[], Any], seconds: float) -> None:

@@ -26,9 +26,10 @@ class Gallery:
 
 
 @contextmanager
-def serving(folder: Path) -> Iterator[str]:
-    """The address of a service on a free port, which keeps its data in `folder/data`."""
-    command = [sys.executable, "-c", PROGRAM, "--port", "0", "--data", str(folder / "data")]
+def serving(folder: Path, prelude: str = "") -> Iterator[str]:
+    """The address of a service on a free port, which keeps its data in `folder/data`; prelude: Python that it runs
+    before anything else."""
+    command = [sys.executable, "-c", f"{prelude}\n{PROGRAM}", "--port", "0", "--data", str(folder / "data")]
     log = folder / "log"
     with log.open("wb") as output:
         process = subprocess.Popen(

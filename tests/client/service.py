@@ -75,7 +75,7 @@ class Service:
         with self.changed:
             id = f"job{len(self.jobs):04}"
             at = f"/api/v1/jobs/{id}"
-            absent = dict.fromkeys(("image", "preview", "report", "report_page"))
+            absent = dict.fromkeys(("image", "preview", "thumbnail", "report", "report_page"))
             links = {"self": at, "events": f"{at}/events", **absent}
             self.jobs[id] = {
                 "id": id,
@@ -122,7 +122,9 @@ class Service:
         """Render up to so many samples."""
         job = self.jobs[id]
         fraction = samples / job["target"].get("samples", 64)
-        self.artifacts[id, "preview.png"] = png(job["width"], job["height"], 80 + int(175 * min(fraction, 1)))
+        picture = png(job["width"], job["height"], 80 + int(175 * min(fraction, 1)))
+        self.artifacts[id, "preview.png"] = self.artifacts[id, "thumbnail.webp"] = picture
+        at = f"/api/v1/jobs/{id}"
         self.update(
             id,
             state="running",
@@ -133,7 +135,7 @@ class Service:
             rmse=0.25 / samples**0.5,
             relative_rmse=0.5 / samples**0.5,
             devices=["cpu0"],
-            links={**job["links"], "preview": f"/api/v1/jobs/{id}/preview.png"},
+            links={**job["links"], "preview": f"{at}/preview.png", "thumbnail": f"{at}/thumbnail.webp"},
         )
 
     def finish(self, id: str, report: dict[str, Any] | None = None) -> None:
@@ -170,7 +172,8 @@ class _Handler(BaseHTTPRequestHandler):
                 self._list(query)
             case ["api", "v1", "jobs", "counts"]:
                 states = [job["state"] for job in self.service.jobs.values()]
-                self._json(200, {"states": {state: states.count(state) for state in STATES}})
+                counts = {state: states.count(state) for state in STATES}
+                self._json(200, {"states": counts, "tags": {}, "devices": {}, "integrators": {}})
             case ["api", "v1", "retention"]:
                 self._json(200, self.service.retention)
             case ["healthz"]:
@@ -190,7 +193,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._json(200, {"items": [{"id": id, **device} for id, device in self.service.devices.items()]})
             case ["api", "v1", "devices", id, "stability"] if id in self.service.checks:
                 self._json(200, self.service.checks[id])
-            case [""] | ["fleet"] | ["renders", _]:
+            case [""] | ["fleet"] | ["renders" | "batches", _]:
                 self._file(WEB / "index.html")
             case ["web", *parts] if WEB.joinpath(*parts).is_file():
                 self._file(WEB.joinpath(*parts))
@@ -288,7 +291,9 @@ class _Handler(BaseHTTPRequestHandler):
         if data is None:
             self._problem(404, f"{name} does not exist yet")
             return
-        kind = {"preview.png": "image/png", "report.json": "application/json"}.get(name, "image/x-exr")
+        kind = {"preview.png": "image/png", "thumbnail.webp": "image/png", "report.json": "application/json"}.get(
+            name, "image/x-exr"
+        )
         self._head(200, kind, len(data))
         self.wfile.write(data[: len(data) // 2] if self.service.truncate else data)
         self.close_connection = self.service.truncate

@@ -308,7 +308,7 @@ def test_a_failure_is_told_in_words_and_nothing_runs_as_markup(
     page.goto(service.url)
     expect(page.locator(".card")).to_contain_text(attack)
     page.locator(".card").click()
-    expect(page.get_by_role("alert")).to_contain_text(f"the device ran out of memory {attack}")
+    expect(page.locator(".failure")).to_contain_text(f"the device ran out of memory {attack}")
     expect(page.get_by_text("clFinish: -5")).to_be_hidden()
     page.get_by_text("Everything that was said").click()
     expect(page.get_by_text("clFinish: -5")).to_be_visible()
@@ -386,7 +386,7 @@ def test_a_report_that_cannot_be_had_is_asked_for_again(
     service.finish(id, REPORT)
     report = service.artifacts.pop((id, "report.json"))
     page.goto(f"{service.url}/renders/{id}")
-    expect(page.get_by_role("alert")).to_contain_text("The report cannot be shown. report.json does not exist yet")
+    expect(page.locator(".awaited")).to_contain_text("The report cannot be shown. report.json does not exist yet")
     service.artifacts[id, "report.json"] = report
     page.get_by_role("button", name="Try again").click()
     expect(page.get_by_role("heading", name="Certificate")).to_be_visible()
@@ -405,6 +405,6 @@ def test_what_a_button_cannot_do_is_told_beside_it(
     refusal = {"type": "about:blank", "title": "Too many", "status": 429, "detail": "You have 9 jobs; 9 are the most."}
     service.broken = (429, "application/problem+json", json.dumps(refusal).encode())
     page.get_by_role("button", name="Extend to half the error").click()
-    expect(page.get_by_role("alert")).to_have_text("You have 9 jobs; 9 are the most.")
+    expect(page.locator(".actions + .fault")).to_have_text("You have 9 jobs; 9 are the most.")
     assert all("429" in text for text in said)
     said.clear()

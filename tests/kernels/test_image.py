@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from woodcock.film import Film
-from woodcock.image import ImageError, WriteError, read_exr, tone_map, write_exr, write_preview
+from woodcock.image import ImageError, WriteError, read_exr, tone_map, write_exr, write_preview, write_thumbnail
 from woodcock.layers import beauty_names
 
 
@@ -113,6 +113,26 @@ def test_preview(tmp_path: Path) -> None:
     assert layers["R"][50, -1] > 0.95
 
 
+def test_a_thumbnail_is_its_preview_in_small(tmp_path: Path) -> None:
+    ramp = np.linspace(0, 1, 300).reshape(1, 300, 1).repeat(200, 0)
+    coloured = np.concatenate([ramp, ramp[:, ::-1], np.full_like(ramp, 0.2)], -1)
+    write_preview(tmp_path / "p.png", Film(np.ones((200, 300), np.uint32), coloured, coloured, ("R", "G", "B")))
+    write_thumbnail(tmp_path / "t.webp", tmp_path / "p.png", size=60)
+    content = (tmp_path / "t.webp").read_bytes()
+    assert (content[:4], content[8:12]) == (b"RIFF", b"WEBP")
+    preview, thumbnail = (read_exr(tmp_path / name)[0] for name in ("p.png", "t.webp"))
+    assert thumbnail["R"].shape == (40, 60)
+    for name in "RGB":  # what is thrown away is what the eye does not see
+        means = preview[name].reshape(40, 5, 60, 5).mean((1, 3))
+        assert np.abs(thumbnail[name] - means).mean() < 0.02
+    write_thumbnail(tmp_path / "same.webp", tmp_path / "p.png", size=300)
+    assert read_exr(tmp_path / "same.webp")[0]["R"].shape == (200, 300), "never larger"
+    (tmp_path / "p.png").write_bytes(b"no picture")
+    with pytest.raises(ImageError, match=r"p\.png"):
+        write_thumbnail(tmp_path / "t.webp", tmp_path / "p.png", size=60)
+    assert (tmp_path / "t.webp").read_bytes() == content
+
+
 def test_tone_map_survives_anything() -> None:
     values = np.array([[[np.nan], [np.inf], [-1.0], [1e30], [0.0], [1.0]]])
     mapped = tone_map(values)
@@ -132,21 +152,29 @@ def test_previews_show_colours_as_they_are(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("lacking", [1, 100, 30000])
-@pytest.mark.parametrize("name", ["p.png", "p.exr"])
+@pytest.mark.parametrize("name", ["p.png", "p.exr", "t.webp"])
 def test_a_picture_that_finds_no_room_leaves_the_old_one(tmp_path: Path, name: str, lacking: int) -> None:
-    noise = np.random.default_rng(3).random((128, 128, 3))
-    film = Film(np.full((128, 128), 2, np.uint32), noise, noise, ("R", "G", "B"))
+    noise = np.random.default_rng(3).random((192, 192, 3))
+    film = Film(np.full((192, 192), 2, np.uint32), noise, noise, ("R", "G", "B"))
+    write_preview(tmp_path / "other.png", film)
+    other = (tmp_path / "other.png").read_bytes()
 
     def write() -> None:
-        write_exr(tmp_path / name, film, {}) if name == "p.exr" else write_preview(tmp_path / name, film)
+        match name:
+            case "p.exr":
+                write_exr(tmp_path / name, film, {})
+            case "p.png":
+                write_preview(tmp_path / name, film)
+            case _:
+                write_thumbnail(tmp_path / name, tmp_path / "other.png", 192)
 
     write()
     whole = (tmp_path / name).read_bytes()
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) - lacking, before[1]))
     try:
-        with pytest.raises(WriteError, match=name):
+        with pytest.raises((WriteError, OSError), match=f"{name}|File too large"):
             write()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {name: whole}
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"other.png": other, name: whole}

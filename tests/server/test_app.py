@@ -41,7 +41,7 @@ def test_devices_say_what_they_are(service: Service) -> None:
         }  # fmt: skip
 
 
-@pytest.mark.parametrize("path", ["/", "/renders/any", "/fleet", "/web/index.html"])
+@pytest.mark.parametrize("path", ["/", "/renders/any", "/batches/any", "/fleet", "/web/index.html"])
 def test_the_gallery_is_served(client: TestClient, path: str) -> None:
     answer = client.get(path)
     assert answer.status_code == 200
@@ -58,10 +58,12 @@ def test_the_api_describes_itself(client: TestClient) -> None:
     assert set(paths) == {
         "/api/v1/batches", "/api/v1/batches/{id}", "/api/v1/batches/{id}/cancel",
         "/api/v1/comparisons", "/api/v1/comparisons/{id}", "/api/v1/comparisons/{id}/report.html",
-        "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
+        "/api/v1/jobs", "/api/v1/jobs/check", "/api/v1/jobs/counts", "/api/v1/jobs/delete",
+        "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/events",
         "/api/v1/jobs/{id}/cancel", "/api/v1/jobs/{id}/retry",
         "/api/v1/jobs/{id}/extend", "/api/v1/jobs/{id}/image.exr",
-        "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/report.json", "/api/v1/jobs/{id}/report.html",
+        "/api/v1/jobs/{id}/preview.png", "/api/v1/jobs/{id}/thumbnail.webp", "/api/v1/jobs/{id}/report.json",
+        "/api/v1/jobs/{id}/report.html",
         "/api/v1/volumes", "/api/v1/volumes/{id}", "/api/v1/devices", "/api/v1/devices/{id}/stability",
         "/api/v1/retention", "/api/v1/session", "/healthz", "/readyz", "/metrics",
     }  # fmt: skip

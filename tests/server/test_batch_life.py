@@ -169,7 +169,7 @@ def test_the_command_shows_what_became_of_each(service: Service, make_scene: Mak
     asked = ["--zip", f"volumes[0].shape={shapes}", "--zip", "seed=1,2", "--sweep", "camera.fov=35", "--follow"]
     done = run([*command, *asked], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
     page, *table = filter(None, done.stdout.splitlines())
-    batch = service.http.get(f"{PATH}/{page.removeprefix(f'{address}/?batch=')}").json()
+    batch = service.http.get(f"{PATH}/{page.removeprefix(f'{address}/batches/')}").json()
     assert [axis["paths"] for axis in batch["axes"]] == [["volumes[0].shape", "seed"], ["camera.fov"]]
     assert batch["axes"][0]["rows"][1][0]["file"].startswith("sha256:")
     assert [job["state"] for job in batch["jobs"]] == ["succeeded", "failed"]

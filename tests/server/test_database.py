@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
@@ -26,13 +27,14 @@ NOW = datetime(2030, 1, 2, 3, 4, 5, tzinfo=UTC)
 THEN = "2030-01-02 03:04:05.000000+00:00"
 JOB, VOLUME = "0190aaaa-0000-7000-8000-000000000001", "0190aaaa-0000-7000-8000-000000000002"
 
+USAGE = json.dumps({"cpu0": {"kinds": {"integrator": ["transmittance"]}}})
 #: Of every table a row, by the columns that it has had at any time; each revision gets those that it knows.
 ROWS: dict[str, dict[str, Any]] = {
     "jobs": {
         "id": JOB, "name": "cube", "scene": "{\"film\": {\"width\": 4, \"height\": 4}}", "state": "succeeded",
         "created_at": THEN, "started_at": THEN, "finished_at": THEN, "samples": 7, "seconds": 0.5, "series": "[]",
-        "usage": "{}", "token": 2, "device": ANY, "spent": "{}", "priority": 3,
-        "batch": VOLUME, "point": "{\"seed\": 1}",
+        "usage": USAGE, "token": 2, "device": ANY, "spent": "{}", "priority": 3,
+        "batch": VOLUME, "point": "{\"seed\": 1}", "integrator": "transmittance",
     },
     "batches": {
         "id": VOLUME, "name": "", "scene": "{}", "product": "{\"seed\": [1]}", "zip": "{}", "created_at": THEN,
@@ -50,6 +52,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "variants": "[]",
     },
     "job_tags": {"job_id": JOB, "tag": "fog"},
+    "job_devices": {"job_id": JOB, "device": "cpu0"},
     "answers": {"key": "k", "digest": "d", "answer": "{}", "created_at": THEN},
     "tokens": {"id": VOLUME, "name": "farm", "digest": "d", "scope": "write", "created_at": THEN},
     "job_files": {"job_id": JOB, "file": "sha256:1"},
@@ -103,6 +106,7 @@ def test_what_any_version_left_is_there_after_all_migrations(database: str, revi
         assert job is not None
         assert (job["name"], job["state"], job["samples"], job["created_at"]) == ("cube", "succeeded", 7, NOW)
         assert [event["state"] for event in jobs.events(connection, JOB, 0)] == ["succeeded"]
+        assert (job["devices"], job["integrator"]) == (["cpu0"], "transmittance")
     engine.dispose()
 
 

@@ -47,6 +47,10 @@ def test_more_samples_for_a_picture(service: Service, tmp_path: Path, make_scene
     assert made["scene"]["stop"]["samples"] == 100
     assert made["samples"] >= 40
     assert service.http.get(made["links"]["preview"]).status_code == 200
+    inherited = service.http.get(
+        made["links"]["thumbnail"], params={"samples": made["samples"], "state": made["state"]}
+    )
+    assert (inherited.content[8:12], inherited.headers["Cache-Control"]) == (b"WEBP", "no-cache")
     end = service.wait(made["id"], ended)
     assert (end["state"], end["samples"]) == ("succeeded", 100)
     assert end["seconds"] > old["seconds"]

@@ -98,7 +98,7 @@ def test_names_of_jobs_and_tags_are_lines(client: TestClient, make_scene: Any) -
     assert client.get("/api/v1/jobs", params={"text": "\0"}).status_code == 422
 
 
-@pytest.mark.parametrize("part", ["image.exr", "preview.png", "report.json", "report.html"])
+@pytest.mark.parametrize("part", ["image.exr", "preview.png", "thumbnail.webp", "report.json", "report.html"])
 def test_an_id_is_no_path(client: TestClient, data: Path, part: str) -> None:
     (data / "jobs" / part).write_bytes(b"secret")
     for name in (".", "..", "../jobs", "../../jobs", str(data / "jobs")):

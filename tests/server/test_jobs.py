@@ -14,6 +14,7 @@ from starlette.testclient import TestClient
 from woodcock import denoise
 
 Make = Callable[..., dict[str, Any]]
+RESULTS = ("image.exr", "preview.png", "thumbnail.webp", "report.json", "report.html")
 
 
 def submit(client: TestClient, scene: dict[str, Any], **more: Any) -> Any:
@@ -169,10 +170,7 @@ def test_a_fault_of_a_query_names_it(client: TestClient, query: str, field: str)
 @pytest.mark.parametrize(
     "path",
     [
-        *(
-            f"/api/v1/jobs/nothing{rest}"
-            for rest in ("", "/events", "/image.exr", "/preview.png", "/report.json", "/report.html")
-        ),
+        *(f"/api/v1/jobs/nothing{rest}" for rest in ("", "/events", *(f"/{name}" for name in RESULTS))),
         "/api/v1/volumes/sha256:0",
         "/api/v1/nothing",
         "/nothing",
@@ -185,7 +183,7 @@ def test_what_is_not_there_is_a_404(client: TestClient, path: str) -> None:
 
 def test_results_that_are_not_there_yet_say_so(client: TestClient, make_scene: Make) -> None:
     job = submit(client, make_scene()).json()
-    for name in ("image.exr", "preview.png", "report.json", "report.html"):
+    for name in RESULTS:
         answer = client.get(f"/api/v1/jobs/{job['id']}/{name}")
         assert answer.status_code == 404
         assert answer.json()["detail"] == f"Job {job['id']} has no {name}: it is queued."

@@ -209,6 +209,21 @@ def test_a_job_that_has_ended_is_deleted(client: TestClient, submit: Callable[..
         assert "There is no job" in problem(client.request(method, f"/api/v1/jobs/{job}{path}", **body), 404)
 
 
+def test_some_jobs_are_deleted_at_once(client: TestClient, submit: Callable[..., str]) -> None:
+    """Each that can be; of the others it is said why not."""
+    ended, other, waits = submit(), submit(), submit()
+    for job in (ended, other):
+        client.post(f"/api/v1/jobs/{job}/cancel").raise_for_status()
+    answer = client.post("/api/v1/jobs/delete", json={"ids": [ended, "nobody", waits, other]})
+    assert answer.raise_for_status().json() == {
+        "deleted": [ended, "nobody", other],
+        "kept": {waits: f"Job {waits} is queued. Cancel it first."},
+    }
+    assert [client.get(f"/api/v1/jobs/{job}").status_code for job in (ended, waits, other)] == [404, 200, 404]
+    for ids in ([], ["x"] * 1001, ["\0"], 7):
+        assert problem(client.post("/api/v1/jobs/delete", json={"ids": ids}), 422)
+
+
 def test_variants_stay_with_their_comparison(client: TestClient, make_scene: MakeScene) -> None:
     body = {"scene": make_scene(), "vary": {"integrator": ["volumetric_path", "transmittance"]}, "seconds": 1}
     answer = client.post("/api/v1/comparisons", json=body)
@@ -242,7 +257,7 @@ def test_a_job_that_is_rendered_is_cancelled(service: Service, make_scene: MakeS
     assert (answer.status_code, answer.json()["state"]) == (202, "cancelling")
     end = service.wait(job, lambda now: now["state"] != "cancelling", 5)
     assert end["state"] == "cancelled"
-    assert {path.name for path in (service.data / "jobs" / job).iterdir()} == {"preview.png"}
+    assert {path.name for path in (service.data / "jobs" / job).iterdir()} == {"preview.png", "thumbnail.webp"}
     assert service.http.get(end["links"]["preview"]).status_code == 200
     with service.http.stream("GET", end["links"]["events"]) as events:
         assert "event: end" in "".join(events.iter_text())

@@ -127,6 +127,7 @@ def test_a_job_from_its_submission_to_its_picture(service: Service, tmp_path: Pa
         "film-1.npz",
         "image.exr",
         "preview.png",
+        "thumbnail.webp",
         "report.json",
         "report.html",
     }

@@ -21,7 +21,8 @@ async function ask(path, options) {
     if (error.name === "AbortError") throw error;
     throw new Problem(0, "The service does not answer.");
   }
-  const body = response.status === 204 ? {} : await response.json().catch(() => null);
+  if (response.status === 204) return null;
+  const body = await response.json().catch(() => null);
   if (!response.ok || body === null) {
     if (response.status === 401) dispatchEvent(new Event(SIGNED_OUT));
     throw new Problem(response.status, body?.detail || `The service answered ${response.status}.`);
@@ -31,23 +32,47 @@ async function ask(path, options) {
 
 const get = (path, signal) => ask(path, { signal });
 
-// key: what comes twice under it is done once
-const send = (method, path, body, key) =>
+// key: what comes twice under it is done once; the other options are fetch's
+const send = (method, path, body, { key, ...options } = {}) =>
   ask(path, {
     method,
     headers: { ...(body && { "Content-Type": "application/json" }), ...(key && { "Idempotency-Key": key }) },
     body: body && JSON.stringify(body),
+    ...options,
   });
 
-export const signIn = (token) =>
-  send("POST", `${ROOT}/session`, { token });
 
-export const listJobs = ({ limit, cursor, batch }, signal) => {
-  const query = new URLSearchParams({ limit });
+export const signIn = (token) => send("POST", `${ROOT}/session`, { token });
+
+// The wall
+
+// filter: the query of a listing, as text
+export const listJobs = ({ limit, cursor, filter }, signal) => {
+  const query = new URLSearchParams(filter);
+  query.set("limit", limit);
   if (cursor) query.set("cursor", cursor);
-  if (batch) query.set("batch", batch);
   return get(`${ROOT}/jobs?${query}`, signal);
 };
+
+export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
+
+export const MOST_DELETED = 1000; // jobs at a time
+
+// leaving: the request goes on when its page is no more
+export const deleteJobs = (ids, leaving) => send("POST", `${ROOT}/jobs/delete`, { ids }, { keepalive: leaving });
+
+// Batches
+
+const batchAt = (id) => `${ROOT}/batches/${encodeURIComponent(id)}`;
+
+// What has not changed does not come again: a batch may have a thousand jobs.
+export const getBatch = (id, signal) => ask(batchAt(id), { signal, cache: "no-cache" });
+
+export const cancelBatch = (id) => ask(`${batchAt(id)}/cancel`, { method: "POST" });
+
+export const deleteBatch = (id, leaving) => ask(batchAt(id), { method: "DELETE", keepalive: leaving });
+
+// Renders
 
 export const getJob = (id, signal) => get(`${ROOT}/jobs/${encodeURIComponent(id)}`, signal);
 
@@ -55,17 +80,15 @@ export const getReport = (job, signal) => get(job.links.report, signal);
 
 // A render's life. job: as it was asked for; change: some of its name, tags and pinned; stop: a stricter contract.
 
-export const submitJob = (job, key) => send("POST", `${ROOT}/jobs`, job, key);
+export const submitJob = (job, key) => send("POST", `${ROOT}/jobs`, job, { key });
 
-export const changeJob = (job, change) => send("PATCH", job.links.self, change);
-
-export const deleteJob = (job) => send("DELETE", job.links.self);
+export const changeJob = (id, change) => send("PATCH", `${ROOT}/jobs/${encodeURIComponent(id)}`, change);
 
 export const cancelJob = (job) => send("POST", `${job.links.self}/cancel`);
 
-export const retryJob = (job, key) => send("POST", `${job.links.self}/retry`, null, key);
+export const retryJob = (job, key) => send("POST", `${job.links.self}/retry`, null, { key });
 
-export const extendJob = (job, stop, key) => send("POST", `${job.links.self}/extend`, { stop }, key);
+export const extendJob = (job, stop, key) => send("POST", `${job.links.self}/extend`, { stop }, { key });
 
 // The fleet
 
@@ -76,8 +99,6 @@ const stabilityOf = (device) => `${ROOT}/devices/${encodeURIComponent(device.id)
 export const getStability = (device, signal) => get(stabilityOf(device), signal);
 
 export const checkStability = (device) => send("POST", stabilityOf(device));
-
-export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
 
 export const jobsThatAre = (state, limit, signal) => get(`${ROOT}/jobs?${new URLSearchParams({ state, limit })}`, signal);
 

@@ -8,6 +8,7 @@ import { useAddress } from "./navigation.js";
 import { pageAt } from "./pages.js";
 import { SignIn } from "./signin.js";
 import { Notice } from "./states.js";
+import { Toast } from "./undo.js";
 
 // Whether the service has asked who is there, and a function for when it has been told.
 function useSignedOut() {
@@ -59,6 +60,7 @@ function App() {
     <main id="main" tabindex="-1">
       ${signedOut ? html`<${SignIn} onDone=${onSignedIn} />` : shown && html`<${Shown} shown=${shown} />`}
     </main>
+    <${Toast} />
   `;
 }
 

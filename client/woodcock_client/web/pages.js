@@ -7,7 +7,7 @@ export const PAGES = [
   {
     path: /^\/$/,
     load: () => import("./wall/wall.js").then((module) => module.Wall),
-    key: (_, query) => `wall ${query.get("batch")}`,
+    key: () => "wall",
   },
   {
     path: /^\/renders\/(?<id>[^/]+)\/?$/,
@@ -18,6 +18,11 @@ export const PAGES = [
     path: /^\/fleet\/?$/,
     load: () => import("./fleet/fleet.js").then((module) => module.Fleet),
     key: () => "fleet",
+  },
+  {
+    path: /^\/batches\/(?<id>[^/]+)\/?$/,
+    load: () => import("./batch/batch.js").then((module) => module.Batch),
+    key: ({ id }) => `batch ${id}`,
   },
 ];
 

@@ -3,8 +3,9 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "./html.js";
 
-// The address of the preview as it is now: each count of samples is another picture.
-const previewOf = (job) => job.links.preview && `${job.links.preview}?samples=${job.samples}`;
+// The address of a picture as it is now: each count of samples is another one, and the end is, for the last samples are
+// counted before their picture is there.
+const versionOf = (link, job) => link && `${link}?state=${job.state}&samples=${job.samples}`;
 
 const decoded = (address) => {
   const image = new Image();
@@ -12,9 +13,9 @@ const decoded = (address) => {
   return image.decode().then(() => true, () => false);
 };
 
-// every: ms between two versions at least
-export function Picture({ job, every, lazy = false }) {
-  const wanted = previewOf(job);
+// link: to the preview, or the thumbnail; every: ms between two versions at least
+export function Picture({ job, link = job.links.preview, every, lazy = false }) {
+  const wanted = versionOf(link, job);
   const [shown, setShown] = useState(wanted);
   const [broken, setBroken] = useState(false);
   const [busy, setBusy] = useState(false);

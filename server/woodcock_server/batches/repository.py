@@ -38,6 +38,7 @@ COLUMNS = [
     jobs.c[name]
     for name in (
         *("id", "point", "state", "device", "scene", "samples", "seconds", "reached", "relative_rmse"),
+        "integrator",
         *("retry_of", "extends", "error"),
     )
 ]

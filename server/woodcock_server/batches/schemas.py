@@ -51,6 +51,7 @@ class BatchJob(BaseModel):
     samples: int
     seconds: float
     relative_rmse: float | None
+    integrator: str | None
     retry_of: str | None
     extends: str | None
     error: str | None

@@ -1,4 +1,4 @@
-"""/, /renders/{id}, /fleet and /web"""
+"""/, /renders/{id}, /batches/{id}, /fleet and /web"""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ static = StaticFiles(directory=WEB)
 @router.get("/")
 @router.get("/renders/{id}")
 @router.get("/fleet")
+@router.get("/batches/{id}")
 def page() -> FileResponse:
-    """One page shows all; it reads its own address."""
+    """One page shows them all; it reads its own address."""
     return FileResponse(WEB / "index.html", headers={"Cache-Control": "no-cache"})

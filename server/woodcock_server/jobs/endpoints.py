@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Header, HTTPException, Query, Request, Response
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import AwareDatetime, BeforeValidator
 
@@ -18,14 +18,27 @@ from woodcock.report_schema import Report
 from woodcock_server.access.guard import Owner
 from woodcock_server.etags import UNCHANGED, tagged
 from woodcock_server.idempotency import Key
-from woodcock_server.jobs import repository, service
+from woodcock_server.jobs import listing, repository, service
 from woodcock_server.jobs.check import JobCheck, check
-from woodcock_server.jobs.schemas import PREFIX, Job, JobChange, JobCreate, JobExtension, JobPage, Tag, summary
+from woodcock_server.jobs.schemas import (
+    PREFIX,
+    Job,
+    JobChange,
+    JobCounts,
+    JobCreate,
+    JobExtension,
+    JobPage,
+    JobsDeleted,
+    JobsToDelete,
+    Tag,
+    summary,
+)
 from woodcock_server.jobs.states import State
 from woodcock_server.names import ONE_LINE
 from woodcock_server.paging import Cursor, Limit, link_next
 from woodcock_server.problems import problem_schema
 from woodcock_server.services import Provided, Services
+from woodcock_server.tables import job_devices, job_tags, jobs
 
 router = APIRouter(prefix=PREFIX, tags=["jobs"])
 
@@ -81,7 +94,7 @@ def list_jobs(
     limit: Limit = 50,
     cursor: Cursor = None,
     state: Annotated[list[State] | None, Query(description="Jobs in this state; several may be given.")] = None,
-    tag: Tag | None = None,
+    tag: Annotated[list[Tag] | None, Query(max_length=20, description="With this tag; of several, with all.")] = None,
     owner: Annotated[str | None, Query(max_length=200, description="Of this owner."), ONE_LINE] = None,
     text: Annotated[
         str | None, Query(max_length=200, description="A part of the name, in letters of any case."), ONE_LINE
@@ -89,15 +102,29 @@ def list_jobs(
     since: Annotated[Time | None, Query(description="Created then or later.")] = None,
     before: Annotated[Time | None, Query(description="Created earlier.")] = None,
     batch: Annotated[str | None, Query(max_length=36, description="Of this batch."), ONE_LINE] = None,
+    device: Annotated[str | None, Query(max_length=64, description="That this device rendered."), ONE_LINE] = None,
+    integrator: Annotated[str | None, Query(max_length=64, description="By this integrator."), ONE_LINE] = None,
 ) -> Response:
     """Jobs without their scenes, newest first."""
-    meant = repository.Filter(state or (), tag, owner, text, since, before, batch)
+    meant = listing.Filter(state or (), tag or (), owner, text, since, before, batch, device, integrator)
     with services.engine.connect() as connection:
-        rows, following = repository.page(connection, limit, cursor, meant)
+        rows, following = listing.page(connection, limit, cursor, meant)
         waiting = service.waiting(connection, services.dispatcher, rows)
     link_next(request, response, following)
     page = JobPage(items=[summary(*each) for each in zip(rows, waiting, strict=True)], next=following)
     return tagged(request, response, page)
+
+
+@router.get("/counts")
+def count_jobs(services: Provided) -> JobCounts:
+    """How many jobs there are of each sort by which they can be found."""
+    with services.engine.connect() as connection:
+        return JobCounts(
+            states=listing.states(connection),
+            tags=listing.counted(connection, job_tags.c.tag),
+            devices=listing.counted(connection, job_devices.c.device),
+            integrators=listing.counted(connection, jobs.c.integrator),
+        )
 
 
 @router.get("/{id}", responses=problem_schema(404))
@@ -119,6 +146,12 @@ async def change_job(id: str, request: JobChange, services: Provided) -> Job:
 def delete_job(row: Existing, services: Provided) -> None:
     """Forget a job that has ended, and its pictures."""
     service.delete(services, row)
+
+
+@router.post("/delete")
+def delete_jobs(asked: JobsToDelete, services: Provided) -> JobsDeleted:
+    """Forget those of some jobs that have ended, and their pictures; each alone, as `DELETE` would."""
+    return service.delete_all(services, asked.ids)
 
 
 @router.post("/{id}/cancel", status_code=202, responses=problem_schema(404, 409))
@@ -172,12 +205,42 @@ def get_image(row: Existing, services: Provided) -> FileResponse:
     return FileResponse(path, media_type="image/x-exr")
 
 
+Samples = Annotated[int | None, Query(ge=0, description="Of the job, as the client knows it; with the state.")]
+#: Answers of a version that will never be another one, and of the picture as it is now.
+FOR_EVER, FOR_NOW = "private, max-age=31536000, immutable", "no-cache"
+
+
 @router.get("/{id}/preview.png", response_class=Response, responses=problem_schema(404))
-def get_preview(row: Existing, services: Provided) -> Response:
-    """The picture so far, tone-mapped."""
+def get_preview(row: Existing, services: Provided, samples: Samples = None, state: State | None = None) -> Response:
+    """The picture so far, tone-mapped.
+
+    Kept by browsers for ever where the address says as of which samples and state it is, and the job has ended so.
+    """
     path = _result(row, services, "preview.png", summary(row).links.preview)
+    return _picture(path, "image/png", row, samples, state)
+
+
+@router.get(
+    "/{id}/thumbnail.webp",
+    response_class=Response,
+    responses={307: {"description": "To the preview: the job is of a version that wrote none."}, **problem_schema(404)},
+)
+def get_thumbnail(row: Existing, services: Provided, samples: Samples = None, state: State | None = None) -> Response:
+    """The preview, at most 320 pixels wide and high; kept as long as that is."""
+    links = summary(row).links
+    path = services.storage.job_file(row["id"], "thumbnail.webp")
+    if links.preview is not None and not path.is_file():
+        return RedirectResponse(links.preview, headers={"Cache-Control": FOR_NOW})
+    return _picture(_result(row, services, path.name, links.thumbnail), "image/webp", row, samples, state)
+
+
+def _picture(path: Path, kind: str, row: repository.Row, samples: int | None, state: State | None) -> Response:
+    """samples, state: of the version that the address names."""
+    # The last samples are counted before the last picture is there, so they alone do not name it; and what is replaced
+    # now may be newer than the row that was read. After the end nothing is.
+    named = State(row["state"]).final and (samples, state) == (row["samples"], row["state"])
     # Read at once: a file that is replaced while it is sent would not have the length that was announced.
-    return Response(path.read_bytes(), media_type="image/png", headers={"Cache-Control": "no-cache"})
+    return Response(path.read_bytes(), media_type=kind, headers={"Cache-Control": FOR_EVER if named else FOR_NOW})
 
 
 @router.get("/{id}/report.json", response_model=Report, responses=problem_schema(404))

@@ -6,12 +6,12 @@ from __future__ import annotations
 import json
 import re
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeAlias
 
 from sqlalchemy import (
+    Column,
     ColumnElement,
     Connection,
     RowMapping,
@@ -30,11 +30,19 @@ from sqlalchemy import (
 from woodcock.scene import UPLOADED
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.states import FINAL, State
-from woodcock_server.paging import fetch_page
-from woodcock_server.tables import UtcDateTime, batches, comparisons, job_events, job_files, job_tags, jobs
+from woodcock_server.tables import (
+    UtcDateTime,
+    batches,
+    comparisons,
+    job_devices,
+    job_events,
+    job_files,
+    job_tags,
+    jobs,
+)
 from woodcock_server.webhooks import repository as webhooks
 
-#: A job: its columns, its tags and what may be seen of its webhook.
+#: A job: its columns, its tags, the devices that rendered it and what may be seen of its webhook.
 Row: TypeAlias = Mapping[str, Any]
 
 #: What a job that is asked for is asked for with, where nothing is said.
@@ -63,12 +71,16 @@ def add(connection: Connection, asked: Row, now: datetime, job_id: str | None = 
 def add_all(connection: Connection, asked: Mapping[str, Row], now: datetime) -> None:
     """New jobs in the queue, by their ids; each as `add` takes it, all with the same keys. Raises as `add` does."""
     same = {"state": State.QUEUED, "created_at": now, "token": 0, **PLAIN, **NOTHING}
-    rows = [{**same, **columns, "id": job_id, "paths": paths(columns["scene"])} for job_id, columns in asked.items()]
+    rows = [
+        {**same, **columns, "id": job_id, "paths": paths(columns["scene"]), "integrator": integrator(columns)}
+        for job_id, columns in asked.items()
+    ]
     tags = {row["id"]: row.pop("tags", ()) for row in rows}
     told = {row["id"]: row.pop("webhook", None) for row in rows}
     connection.execute(insert(jobs), rows)
     _record(connection, list(asked), State.QUEUED)
     _tag(connection, tags)
+    _add_devices(connection, {row["id"]: row["usage"] for row in rows})
     named = {row["id"]: set(UPLOADS.findall(json.dumps([row["scene"], row["reference"]]))) for row in rows}
     if files := [{"job_id": job_id, "file": file} for job_id, each in named.items() for file in sorted(each)]:
         connection.execute(insert(job_files), files)
@@ -81,50 +93,14 @@ def paths(scene: Row) -> int:
     return int(samples * scene["film"]["width"] * scene["film"]["height"])
 
 
+def integrator(values: Row) -> str | None:
+    """By which a device that prepared the job renders it; values: its usage may be among them."""
+    return next((use["kinds"]["integrator"][0] for use in values.get("usage", {}).values()), None)
+
+
 def get(connection: Connection, job_id: str) -> Row | None:
     found = connection.execute(select(jobs).where(jobs.c.id == job_id)).mappings().all()
-    return next(iter(_whole(connection, found)), None)
-
-
-@dataclass(frozen=True)
-class Filter:
-    """Which jobs are meant, where something is said: states, any of these; tag; owner; text: a part of the name, in
-    letters of any case; since, before: of their creation; batch: that they are of."""
-
-    states: Collection[State] = ()
-    tag: str | None = None
-    owner: str | None = None
-    text: str | None = None
-    since: datetime | None = None
-    before: datetime | None = None
-    batch: str | None = None
-
-    @property
-    def conditions(self) -> Iterator[ColumnElement[bool]]:
-        if self.states:
-            yield jobs.c.state.in_(self.states)
-        if self.tag is not None:
-            yield exists().where(job_tags.c.job_id == jobs.c.id, job_tags.c.tag == self.tag)
-        if self.owner is not None:
-            yield jobs.c.owner == self.owner
-        if self.text is not None:
-            yield jobs.c.name.icontains(self.text, autoescape=True)
-        if self.since is not None:
-            yield jobs.c.created_at >= self.since
-        if self.before is not None:
-            yield jobs.c.created_at < self.before
-        if self.batch is not None:
-            yield jobs.c.batch == self.batch
-
-
-#: Columns that grow with a render, and of which a listing tells nothing.
-LONG = ("series", "spent", "kept")
-
-
-def page(connection: Connection, limit: int, cursor: str | None, meant: Filter) -> tuple[Sequence[Row], str | None]:
-    query = select(*(column for column in jobs.c if column.name not in LONG)).where(*meant.conditions)
-    rows, following = fetch_page(connection, query, jobs.c.id, limit, cursor)
-    return _whole(connection, rows), following
+    return next(iter(whole(connection, found)), None)
 
 
 def change(connection: Connection, job_id: str, columns: Row) -> None:
@@ -192,12 +168,6 @@ def folders(connection: Connection) -> set[str]:
     return {*connection.execute(select(jobs.c.id)).scalars(), *connection.execute(select(comparisons.c.id)).scalars()}
 
 
-def counts(connection: Connection) -> dict[State, int]:
-    """How many jobs are in each state."""
-    query = select(jobs.c.state, func.count()).group_by(jobs.c.state)
-    return dict.fromkeys(State, 0) | {State(state): count for state, count in connection.execute(query)}
-
-
 def waiting(connection: Connection) -> dict[str, int]:
     """How many jobs wait in the queue, by what device they ask for."""
     query = select(jobs.c.device, func.count()).where(jobs.c.state == State.QUEUED).group_by(jobs.c.device)
@@ -263,7 +233,12 @@ def write_held(connection: Connection, job_id: str, token: int, values: dict[str
     cancelled. values: the state may be among them."""
     held = and_(jobs.c.id == job_id, jobs.c.token == token, jobs.c.state == State.RUNNING)
     assert State.RUNNING in State(values.get("state", State.RUNNING)).before
+    if "usage" in values:
+        values = {**values, "integrator": integrator(values)}
     written = connection.execute(update(jobs).where(held).values(**values)).rowcount == 1
+    if written and "usage" in values:
+        known = select(job_devices.c.device).where(job_devices.c.job_id == job_id)
+        _add_devices(connection, {job_id: {*values["usage"]} - {*connection.execute(known).scalars()}})
     if written and "state" in values:
         _record(connection, [job_id], State(values["state"]))
     return written
@@ -314,10 +289,25 @@ def _tag(connection: Connection, tags: Mapping[str, Iterable[str]]) -> None:
         connection.execute(insert(job_tags), rows)
 
 
-def _whole(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[Row]:
-    ids, tags = [row["id"] for row in rows], defaultdict[str, list[str]](list)
-    query = select(job_tags).where(job_tags.c.job_id.in_(ids)).order_by(job_tags.c.tag)
-    for each in connection.execute(query).mappings():
-        tags[each["job_id"]].append(each["tag"])
+def _add_devices(connection: Connection, devices: Mapping[str, Iterable[str]]) -> None:
+    if rows := [{"job_id": job_id, "device": device} for job_id, each in devices.items() for device in each]:
+        connection.execute(insert(job_devices), rows)
+
+
+def whole(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[Row]:
+    """Jobs, from their columns."""
+    ids = [row["id"] for row in rows]
+    tags, devices = _words(connection, job_tags.c.tag, ids), _words(connection, job_devices.c.device, ids)
     told = webhooks.of_jobs(connection, ids)
-    return [{**row, "tags": tags[row["id"]], "webhook": told.get(row["id"])} for row in rows]
+    return [
+        {**row, "tags": tags[row["id"]], "devices": devices[row["id"]], "webhook": told.get(row["id"])} for row in rows
+    ]
+
+
+def _words(connection: Connection, word: Column[str], ids: Sequence[str]) -> Mapping[str, list[str]]:
+    """What a table of words has of each job, sorted."""
+    found = defaultdict[str, list[str]](list)
+    job_id = word.table.c.job_id
+    for row in connection.execute(select(job_id, word).where(job_id.in_(ids)).order_by(word)):
+        found[row[0]].append(row[1])
+    return found

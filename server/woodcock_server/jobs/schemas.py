@@ -67,6 +67,22 @@ class JobChange(BaseModel):
         return self.model_dump(mode="json", exclude_unset=True)
 
 
+class JobsToDelete(BaseModel):
+    """ids: of jobs, 1000 at most."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    ids: Annotated[list[Annotated[str, Field(max_length=36), ONE_LINE]], Field(min_length=1, max_length=1000)]
+
+
+class JobsDeleted(BaseModel):
+    """deleted: ids of jobs that are no more, those among them that had not been there; kept: why each of the others
+    stays, by id."""
+
+    deleted: list[str]
+    kept: dict[str, str]
+
+
 class JobExtension(BaseModel):
     """stop: of the kind that the job had, and stricter."""
 
@@ -82,6 +98,7 @@ class Links(BaseModel):
     events: str
     image: str | None
     preview: str | None
+    thumbnail: str | None
     report: str | None
     report_page: str | None
 
@@ -148,6 +165,16 @@ class JobPage(BaseModel):
     next: str | None
 
 
+class JobCounts(BaseModel):
+    """How many jobs there are: in each state, with each tag, rendered on each device, and by each integrator. Of tags,
+    devices and integrators the 200 of which there are most."""
+
+    states: dict[State, int]
+    tags: dict[str, int]
+    devices: dict[str, int]
+    integrators: dict[str, int]
+
+
 def summary(row: Mapping[str, Any], waiting: str | None = None) -> JobSummary:
     return JobSummary(**_summary(row, waiting))
 
@@ -165,8 +192,6 @@ def _summary(row: Mapping[str, Any], waiting: str | None) -> dict[str, Any]:
         "height": scene["film"]["height"],
         "target": scene["stop"],
         "fraction": fraction(row),
-        "devices": sorted(row["usage"]),
-        "integrator": next((use["kinds"]["integrator"][0] for use in row["usage"].values()), None),
         "links": links(row),
     }
 
@@ -178,8 +203,9 @@ def links(row: Mapping[str, Any]) -> Links:
         self=path,
         events=f"{path}/events",
         image=f"{path}/image.exr" if succeeded else None,
-        # A preview is written before the first samples are counted.
+        # They are written before the first samples are counted.
         preview=f"{path}/preview.png" if row["samples"] else None,
+        thumbnail=f"{path}/thumbnail.webp" if row["samples"] else None,
         report=f"{path}/report.json" if succeeded else None,
         report_page=f"{path}/report.html" if succeeded else None,
     )

@@ -20,7 +20,17 @@ from woodcock_server.events import Changes, wait
 from woodcock_server.identifiers import new_id
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.requests import RequestCheck
-from woodcock_server.jobs.schemas import Job, JobChange, JobCreate, JobEvent, JobExtension, JobSummary, job, summary
+from woodcock_server.jobs.schemas import (
+    Job,
+    JobChange,
+    JobCreate,
+    JobEvent,
+    JobExtension,
+    JobsDeleted,
+    JobSummary,
+    job,
+    summary,
+)
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Conflict, Fault, InvalidRequest
 from woodcock_server.services import Services
@@ -193,6 +203,21 @@ def delete(services: Services, row: repository.Row) -> None:
     if not removed:
         raise Conflict(f"Job {job_id} is {row['state']}. Cancel it first.")
     services.storage.remove_job(job_id)
+
+
+def delete_all(services: Services, job_ids: Sequence[str]) -> JobsDeleted:
+    """Forget those of the jobs that can be deleted, and their files."""
+    kept = dict[str, str]()
+    for job_id in job_ids:
+        try:
+            with services.engine.connect() as connection:
+                row = existing(connection, job_id)
+            delete(services, row)
+        except Conflict as conflict:
+            kept[job_id] = str(conflict)
+        except JobMissing:
+            pass
+    return JobsDeleted(deleted=[job_id for job_id in job_ids if job_id not in kept], kept=kept)
 
 
 class JobMissing(HTTPException):

@@ -19,7 +19,7 @@ export function Facts({ job, report, devices }) {
         ${typeof report?.efficiency === "number" &&
         html`<${Fact} name="Efficiency">${number(report.efficiency)} <span class="fact">1 / (variance × seconds)</span><//>`}
         ${report?.against && html`<${Against} against=${report.against} mean=${report.mean_luminance} />`}
-        ${job.batch && html`<${Fact} name="Batch"><a href=${`/?batch=${encodeURIComponent(job.batch)}`} data-route>${point(job.point)}</a><//>`}
+        ${job.batch && html`<${Fact} name="Batch"><a href=${`/batches/${encodeURIComponent(job.batch)}`} data-route>${point(job.point)}</a><//>`}
         ${job.reference && html`<${Fact} name="Reference">${brief(job.reference)}<//>`}
         <${Fact} name="Seed">${seed}<//>
         ${job.integrator &&

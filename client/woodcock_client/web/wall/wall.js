@@ -1,102 +1,98 @@
-// Every render as a card, or those of a batch, newest first.
+// Every render as a card, newest first, or those that a filter means.
 
-import { useEffect, useLayoutEffect, useReducer, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useReducer } from "preact/hooks";
 import { isActive } from "../api.js";
-import { ago, brief, count, isDeterministic, moment, percent, STATES, title } from "../format.js";
+import { count } from "../format.js";
 import { html } from "../html.js";
-import { listing, more, watch } from "./listing.js";
-import { Picture } from "../picture.js";
-import { Badge, Bar, Notice, Offline } from "../states.js";
-
-const REFINE = 3000; // ms between two versions of a running card's preview
-
-let place = 0; // how far the wall was scrolled when it was left
+import { go } from "../navigation.js";
+import { Notice, Offline } from "../states.js";
+import { gone, useGone } from "../undo.js";
+import { filterOf } from "./filter.js";
+import { Filters } from "./filters.js";
+import { Grid } from "./grid.js";
+import { listing, more, renew, show, watch } from "./listing.js";
+import { clear, reach, selection, toggle } from "./selection.js";
+import { HEIGHT, Toolbar } from "./toolbar.js";
 
 export function Wall({ query }) {
-  const batch = query.get("batch");
+  const filter = filterOf(query);
   const [, redraw] = useReducer((n) => n + 1, 0);
-  useEffect(() => watch(batch, redraw), []);
+  useGone();
   useEffect(() => {
-    document.title = `${batch ? "Batch" : "Renders"} · Woodcock`;
+    document.title = "Renders · Woodcock";
   }, []);
   useLayoutEffect(() => {
-    if (listing.batch !== batch) place = 0;
-    scrollTo(0, place);
-    const onScroll = () => (place = scrollY);
+    if (listing.filter !== filter) clear();
+    const stop = watch(filter, redraw);
+    scrollTo(0, listing.place);
+    return stop;
+  }, [filter]);
+  useLayoutEffect(() => {
+    const onScroll = () => {
+      listing.place = scrollY;
+      if (scrollY === 0) show();
+    };
     addEventListener("scroll", onScroll, { passive: true });
     return () => removeEventListener("scroll", onScroll);
   }, []);
 
-  const { jobs, next, problem, away } = listing;
-  if (listing.batch !== batch) return html`<${Loading} />`; // what is known is of another wall
-  if (!jobs && problem) return html`<${Failed} problem=${problem} />`;
-  if (!jobs) return html`<${Loading} />`;
-  if (jobs.length === 0) return html`<${Offline} when=${away} /><${batch ? EmptyBatch : Empty} />`;
-  const running = jobs.filter(isActive).length;
+  const { away, fresh, behind } = listing;
+  const jobs = gone.size > 0 ? listing.jobs?.filter((job) => !gone.has(job.id) && !gone.has(job.batch)) : listing.jobs;
+  const selected = selection.ids.size > 0 && jobs ? jobs.filter((job) => selection.ids.has(job.id)) : [];
+  const running = jobs?.filter(isActive).length ?? 0;
+  const select = (change) => (...how) => {
+    change(...how);
+    redraw();
+  };
+  const onClear = select(clear);
+  const batch = query.get("batch");
   return html`
     <${Offline} when=${away} />
     <div class="heading">
-      ${batch && html`<a class="up" href="/" data-route>Renders</a>`}
-      <h1>${batch ? "Batch" : "Renders"}</h1>
+      <h1>Renders</h1>
+      ${batch && html`<a href=${`/batches/${encodeURIComponent(batch)}`} data-route>of a batch</a>`}
       ${running > 0 && html`<span class="fact">${count(running)} in progress</span>`}
+      ${!jobs && !listing.problem && html`<span class="fact" role="status">Loading…</span>`}
     </div>
-    <ul class="wall">
-      ${jobs.map((job) => html`<${Card} key=${job.id} job=${job} now=${Date.now()} />`)}
-    </ul>
-    ${next && html`<${Rest} key=${next} problem=${problem} />`}
-  `;
-}
-
-function Card({ job, now }) {
-  const active = isActive(job);
-  const facts = [`${job.width} × ${job.height}`];
-  if (job.relative_rmse !== null) facts.push(`${isDeterministic(job) ? "≤ " : "±"}${percent(job.relative_rmse)}`);
-  const said = job.error ?? job.waiting;
-  return html`
-    <li>
-      <a class="card" href=${`/renders/${encodeURIComponent(job.id)}`} data-route>
-        <div class="stage">
-          <${Picture} job=${job} every=${REFINE} lazy />
-          ${active && html`<${Bar} job=${job} label=${`Progress of ${title(job)}`} />`}
-        </div>
-        <div class="line">
-          <span class="name" title=${title(job)}>${title(job)}</span>
-          ${job.state === "running" && html`<${Badge} state="running" label=${`${Math.floor(100 * job.fraction)} %`} />`}
-          ${job.state !== "running" && job.state !== "succeeded" &&
-          html`<${Badge} state=${job.state} label=${STATES[job.state]} />`}
-        </div>
-        <div class="line fact">
-          <span class="facts" title=${said ?? "Size, and estimated error of a pixel"}>${said ? brief(said) : facts.join(" · ")}</span>
-          <time dateTime=${job.created_at} title=${moment(job.created_at)}>${ago(job.created_at, now)}</time>
-        </div>
-      </a>
-    </li>
-  `;
-}
-
-// Asks for the next page when it comes near the window; after a failure, when asked to.
-function Rest({ problem }) {
-  const end = useRef();
-  useEffect(() => {
-    if (problem) return undefined;
-    const observer = new IntersectionObserver(
-      ([entry]) => entry.isIntersecting && more(),
-      { rootMargin: "800px" },
-    );
-    observer.observe(end.current);
-    return () => observer.disconnect();
-  }, [problem]);
-  return html`
-    <div class="rest" ref=${end}>
-      ${problem ? html`<p>${problem.message}</p>` : ""}
-      <button type="button" onClick=${more}>${problem ? "Try again" : "Show older renders"}</button>
+    ${(filter || jobs?.length !== 0) && html`<${Filters} filter=${filter} />`}
+    <div class="news" role="status">
+      ${(fresh.length > 0 || behind) && html`
+        <button type="button" onClick=${() => { show(); scrollTo(0, 0); }}>
+          ${behind ? "New renders" : `${count(fresh.length)} new render${fresh.length === 1 ? "" : "s"}`}
+        </button>
+      `}
     </div>
+    <${Shown}
+      filter=${filter}
+      jobs=${jobs}
+      stale=${listing.stale || listing.filter !== filter}
+      selected=${selection.ids}
+      covered=${selected.length > 0 ? HEIGHT : 0}
+      onSelect=${select((id, through) => (through ? reach(jobs, id) : toggle(id)))}
+      onClear=${onClear}
+    />
+    ${selected.length > 0 && html`<${Toolbar} jobs=${selected} onClear=${onClear} onChanged=${renew} />`}
   `;
 }
 
-const Loading = () => html`
-  <div class="heading" role="status"><h1>Renders</h1><span class="fact">Loading…</span></div>
-  <ul class="wall" aria-hidden="true">
+function Shown({ filter, jobs, stale, ...rest }) {
+  const { next, problem, place } = listing;
+  if ((!jobs || stale) && problem) return html`<${Failed} problem=${problem} />`;
+  if (!jobs) return html`<${Ghosts} />`;
+  if (jobs.length === 0 && !next && !stale) return filter ? html`<${NoMatch} />` : html`<${Empty} />`;
+  const onEnd = () => next && !problem && more();
+  return html`
+    <${Grid} jobs=${jobs} whole=${!next} stale=${stale} place=${place} onEnd=${onEnd} ...${rest} />
+    ${next && html`
+      <div class="rest">
+        ${problem ? html`<p role="alert">${problem.message}</p><button type="button" onClick=${more}>Try again</button>` : html`<p class="fact">Loading older renders…</p>`}
+      </div>
+    `}
+  `;
+}
+
+const Ghosts = () => html`
+  <ul class="ghosts" aria-hidden="true">
     ${Array.from({ length: 12 }, () => html`
       <li><div class="ghost"><div class="stage"></div><div class="line"></div><div class="line"></div></div></li>
     `)}
@@ -116,9 +112,9 @@ const Failed = ({ problem }) => html`
   <//>
 `;
 
-const EmptyBatch = () => html`
-  <${Notice} title="There are no renders of this batch" action=${html`<a class="button" href="/" data-route>All renders</a>`}>
-    <p>The address may be mistyped, or they were deleted.</p>
+const NoMatch = () => html`
+  <${Notice} title="No render is like that" action=${html`<button type="button" onClick=${() => go("/")}>All renders</button>`}>
+    <p>None has such a name and all that was chosen above.</p>
   <//>
 `;
 

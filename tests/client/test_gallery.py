@@ -86,7 +86,7 @@ def test_a_render_from_submission_to_download(page: Page, address: str, scene_js
     # The same address works from nothing, and the wall shows the finished card
     page.reload()
     expect(page.locator(".badge")).to_have_text("Done")
-    page.get_by_role("link", name="Renders").click()
+    page.locator("a.up").click()
     expect(page.locator(".card .stage img")).to_be_visible()
     expect(page.locator(".card .progress")).to_have_count(0)
 
@@ -191,10 +191,10 @@ def test_the_keyboard_suffices(service: Service, page: Page, scene_json: dict[st
     page.goto(service.url)
     expect(page.locator(".card")).to_be_visible()
     names = []
-    for _ in range(4):
+    for _ in range(5):
         page.keyboard.press("Tab")
         names.append(page.evaluate("document.activeElement.textContent.trim().slice(0, 12)"))
-    assert names == ["Skip to cont", "Woodcock", "Renders", "API"]
+    assert names == ["Skip to cont", "Woodcock", "Renders", "Fleet", "API"]
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.type") == "search"
     for _ in range(5):

@@ -66,8 +66,6 @@ export const listJobs = ({ limit, cursor, filter }, signal) => {
 
 export const countJobs = (signal) => get(`${ROOT}/jobs/counts`, signal);
 
-export const tagJob = (id, tags) => send("PATCH", `${ROOT}/jobs/${encodeURIComponent(id)}`, { tags });
-
 export const MOST_DELETED = 1000; // jobs at a time
 
 // leaving: the request goes on when its page is no more
@@ -120,9 +118,7 @@ export const getDifference = (id, reference, { flip }, signal) =>
 
 export const submitJob = (job, key) => send("POST", `${ROOT}/jobs`, job, { key });
 
-export const changeJob = (job, change) => send("PATCH", job.links.self, change);
-
-export const deleteJob = (job) => send("DELETE", job.links.self);
+export const changeJob = (id, change) => send("PATCH", `${ROOT}/jobs/${encodeURIComponent(id)}`, change);
 
 export const cancelJob = (job) => send("POST", `${job.links.self}/cancel`);
 

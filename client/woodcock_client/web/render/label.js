@@ -12,7 +12,7 @@ export function Name({ job, onChange }) {
   const [editing, setEditing] = useState(false);
   const button = useReturn(editing);
   const { busy, problem, run } = useOnce(async (_, name) => {
-    if (name !== job.name) onChange(await changeJob(job, { name }));
+    if (name !== job.name) onChange(await changeJob(job.id, { name }));
     setEditing(false);
   });
   if (!editing) {
@@ -43,7 +43,7 @@ export function Tags({ job, onChange }) {
   const [adding, setAdding] = useState(false);
   const button = useReturn(adding);
   const { busy, problem, run } = useOnce(async (_, tags) => {
-    onChange(await changeJob(job, { tags }));
+    onChange(await changeJob(job.id, { tags }));
     setAdding(false);
     button.current?.focus(); // the tag that was removed had it
   });
@@ -54,7 +54,7 @@ export function Tags({ job, onChange }) {
     else setAdding(false);
   }
   return html`
-    <ul class="tags" aria-label="Tags">
+    <ul class="labels" aria-label="Tags">
       ${job.tags.map((tag) => html`
         <li key=${tag} class="tag">
           <a href=${`/?tag=${encodeURIComponent(tag)}`} data-route>${tag}</a>

@@ -1,7 +1,7 @@
 // A dialogue in which tags are put on renders and taken off them.
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { tagJob } from "../api.js";
+import { changeJob } from "../api.js";
 import { count } from "../format.js";
 import { html } from "../html.js";
 
@@ -74,7 +74,7 @@ async function retag(jobs, wanted, onChanged) {
       const after = [...tags].sort();
       if (after.join("\n") === job.tags.join("\n")) continue;
       try {
-        onChanged(await tagJob(job.id, after));
+        onChanged(await changeJob(job.id, { tags: after }));
       } catch (problem) {
         failed += 1;
         why ||= problem.message;

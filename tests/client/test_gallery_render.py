@@ -90,7 +90,7 @@ def test_a_picture_without_noise_shows_its_bound(service: Service, page: Page, s
         "scatters": False,
         "coloured": False,
     }
-    device = {**REPORT["devices"][0], "precision": "double", "media": [medium]}  # type: ignore[index]
+    device = {**REPORT["devices"][0], "precision": "double", "media": [medium]}
     bound = {"largest": 2e-6, "rms": 3e-7}
     nothing = {"certificate": {"failed": [], "not_checked": [], "lines": []}, "error": [], "orders": None}
     service.finish(id, {**REPORT, **nothing, "deterministic": True, "bound": bound, "devices": [device]})
@@ -149,7 +149,7 @@ def test_devices_say_whether_they_are_to_be_trusted(service: Service, page: Page
     expect(page.get_by_text(waits)).to_have_count(0)
     ids = ("cpu0", "gpu0", "gpu1", "gpu7")
     service.update(id, devices=list(ids))
-    uses = [{**REPORT["devices"][0], "id": each, "name": service.devices[each]["name"]} for each in ids[:3]]  # type: ignore[index]
+    uses = [{**REPORT["devices"][0], "id": each, "name": service.devices[each]["name"]} for each in ids[:3]]
     uses[2]["name"] = "A card that is no longer here"
     service.finish(id, {**REPORT, "devices": uses[:2]})
     shown = page.locator(".table > div", has_text="Devices").locator(".device")

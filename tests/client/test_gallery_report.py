@@ -18,7 +18,7 @@ def test_the_chart_is_read_by_keys_by_the_pointer_and_as_a_table(
 ) -> None:
     id = service.add({**scene_json, "stop": {"kind": "relative_error", "relative_error": 0.02}}, "charted")
     service.advance(id, 64)
-    service.finish(id, {**REPORT, "contract": {**REPORT["contract"], "kind": "relative_error", "asked": 0.02}})  # type: ignore[dict-item]
+    service.finish(id, {**REPORT, "contract": {**REPORT["contract"], "kind": "relative_error", "asked": 0.02}})
     page.goto(f"{service.url}/renders/{id}")
     points = page.get_by_role("slider", name="Points of the chart")
     points.focus()
@@ -107,7 +107,7 @@ def test_a_picture_is_shown_against_its_reference(service: Service, page: Page, 
     service.advance(id, 64)
     service.update(id, reference=f"sha256:{'0123456789abcdef' * 4}")
     against = {"mse": 0.0004, "rel_mse": 0.01, "smape": 0.02, "bias": -0.001, "bias_error": 0.0005, "flip": 0.031}
-    points = [{**point, "against": {**against, "mse": 0.04 / 4**i}} for i, point in enumerate(REPORT["error"])]  # type: ignore[call-overload]
+    points = [{**point, "against": {**against, "mse": 0.04 / 4**i}} for i, point in enumerate(REPORT["error"])]
     points[0]["against"] = None  # a point of before is none of the curve's
     service.finish(id, {**REPORT, "error": points, "reference": "right.exr", "against": against})
     page.goto(f"{service.url}/renders/{id}")

@@ -6,12 +6,10 @@ import math
 import re
 import time
 from collections.abc import Iterator
-from typing import Any
-from urllib.parse import parse_qsl, urlencode, urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from playwright.sync_api import BrowserContext, Page, expect
 
 from woodcock.camera import spherical
@@ -21,40 +19,17 @@ from woodcock.pages.pictures import SEQUENTIAL
 from woodcock.scene import SphericalCamera
 
 from .conftest import SCENE
+from .curves import CURVES, srgb
 from .easel import Easel, standing
+from .looking import HEIGHT, PATIENCE, WIDTH, Floats, corner, drawn, film, point_at, told, turn, view_of, visit
 from .pixels import shown
 from .service import WEB
-
-Floats = NDArray[np.float64]
-WIDTH, HEIGHT = 48, 32
-PATIENCE = 15  # seconds
-NAMES = (
-    "R",
-    "G",
-    "B",
-    "order.0.R",
-    "order.0.G",
-    "order.0.B",
-    "order.rest.R",
-    "order.rest.G",
-    "order.rest.B",
-    "depth.Z",
-)
 
 
 @pytest.fixture(scope="module")
 def easel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Easel]:
     with standing(tmp_path_factory.mktemp("easel")) as easel:
         yield easel
-
-
-def film(seed: int, samples: int = 16) -> Film:
-    """Radiance over twelve stops, one channel brighter than the other; depth from 1 to 5."""
-    rng = np.random.default_rng(seed)
-    mean = 2 ** rng.uniform(-9, 3, (HEIGHT, WIDTH, len(NAMES))) * (1 + np.arange(len(NAMES)) % 3)
-    mean[..., -1] = rng.uniform(1, 5, (HEIGHT, WIDTH))
-    m2 = 10 ** rng.uniform(-6, 1, mean.shape)
-    return Film(np.full((HEIGHT, WIDTH), samples, np.uint32), mean, m2, NAMES, ((0, samples),))
 
 
 @pytest.fixture(scope="module")
@@ -69,96 +44,7 @@ def exr(easel: Easel, picture: str) -> dict[str, Floats]:
     return {name: values.astype(np.float64) for name, values in found.items()}
 
 
-def visit(page: Page, easel: Easel, job: str, **view: Any) -> None:
-    """Loads the page."""
-    page.goto(f"{easel.address}/renders/{job}?{urlencode(view)}")
-    expect(page.get_by_label("Layer")).to_be_visible()
-
-
-def turn(page: Page, **view: Any) -> None:
-    """Goes to another view of the same picture, as a link would."""
-    page.evaluate(
-        """query => {
-            history.pushState(null, "", `${location.pathname}?${query}`);
-            dispatchEvent(new Event("woodcock-address"));
-        }""",
-        urlencode(view),
-    )
-
-
-def view_of(page: Page) -> dict[str, str]:
-    return dict(parse_qsl(urlsplit(page.url).query))
-
-
-def told(page: Page, **view: str | None) -> None:
-    """The address comes to tell so much."""
-    end = time.monotonic() + PATIENCE
-    while any(view_of(page).get(name) != value for name, value in view.items()):
-        assert time.monotonic() < end, page.url
-        page.wait_for_timeout(30)
-
-
-def corner(page: Page, zoom: float, width: int = WIDTH, height: int = HEIGHT) -> tuple[int, int]:
-    """Where on the canvas a centred picture begins."""
-    box = page.locator("canvas").bounding_box()
-    assert box
-    return math.floor((round(box["width"]) - width * zoom) / 2), math.floor((round(box["height"]) - height * zoom) / 2)
-
-
-def point_at(page: Page, x: float, y: float, zoom: float) -> tuple[float, float]:
-    """The page's point over a pixel's middle."""
-    box = page.locator("canvas").bounding_box()
-    assert box
-    left, top = corner(page, zoom)
-    return box["x"] + left + (x + 0.5) * zoom, box["y"] + top + (y + 0.5) * zoom
-
-
-def drawn(page: Page, right: Floats, zoom: float = 4, tolerance: float = 2) -> None:
-    """The middle of each pixel of a centred picture comes to be (height, width, 3) of 255."""
-    height, width = right.shape[:2]
-    step = max(1, round(zoom))
-    end = time.monotonic() + PATIENCE
-    while True:
-        left, top = corner(page, zoom, round(width * max(1, 1 / zoom)), round(height * max(1, 1 / zoom)))
-        seen = shown(page.locator("canvas"))[top + step // 2 :, left + step // 2 :][::step, ::step][:height, :width]
-        off = np.abs(seen - right)
-        if off.max() <= tolerance:
-            return
-        assert time.monotonic() < end, f"off by {off.max()} at {np.unravel_index(off.argmax(), off.shape)}"
-        page.wait_for_timeout(50)
-
-
 # What is drawn
-
-
-def srgb(linear: Floats) -> Floats:
-    x = np.clip(linear, 0, 1)
-    return 255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-
-
-def soft(x: Floats) -> Floats:
-    return 255 * tone_map(x, 1.0)  # that of previews
-
-
-def filmic(x: Floats) -> Floats:
-    def hable(x: Floats | float) -> Any:
-        a, b, c, d, e, f = 0.15, 0.5, 0.1, 0.2, 0.02, 0.3
-        return ((x * (a * x + c * b) + d * e) / (x * (a * x + b) + d * f)) - e / f
-
-    return srgb(hable(2 * x) / hable(11.2))
-
-
-def agx(x: Floats) -> Floats:
-    inset = np.array([[0.842479062253094, 0.0784335999999992, 0.0792237451477643],
-                      [0.0423282422610123, 0.878468636469772, 0.0791661274605434],
-                      [0.0423756549057051, 0.0784336, 0.879142973793104]])  # fmt: skip
-    stops = np.clip(np.log2(np.maximum(x @ inset.T, 1e-10)), -12.47393, 4.026069)
-    t = (stops + 12.47393) / (4.026069 + 12.47393)
-    sigmoid = np.polyval([15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232], t)
-    return 255 * np.clip(sigmoid @ np.linalg.inv(inset).T, 0, 1)
-
-
-CURVES = {"soft": soft, "linear": srgb, "filmic": filmic, "agx": agx}
 
 
 def stacked(exr: dict[str, Floats], layer: str) -> Floats:

@@ -39,6 +39,9 @@ def test_what_another_server_changes_is_told_too(engine: Engine, monkeypatch: py
         changes = Changes()
         with changes.subscribe(one) as first, changes.subscribe(other) as second:
             async with watching.running(engine, changes):
+                for event in (first, second):  # they may have changed since their followers looked
+                    await asyncio.wait_for(event.wait(), 10)
+                    event.clear()
                 await asyncio.sleep(0.2)
                 assert not first.is_set()
                 with engine.begin() as connection:

@@ -42,7 +42,8 @@ async def _run(engine: Engine, changes: Changes) -> None:
             log.error("the database does not answer", error=str(error))
             continue
         for job_id in followed:
-            if job_id in known and marks.get(job_id) != known[job_id]:
+            # Also of one that is new here: it may have changed since its follower looked.
+            if job_id not in known or marks.get(job_id) != known[job_id]:
                 changes.publish(job_id)
         known = marks
 

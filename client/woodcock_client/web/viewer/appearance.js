@@ -4,8 +4,9 @@ import { CURVE_NAMES } from "./curves.js";
 import { MAPPED, SPREAD, TONED } from "./shaders.js";
 import { rangeOf, weightsOf, whiteOf } from "./statistics.js";
 
-// Light is shown in tones, directions and positions by their parts, other quantities in false colour.
-export const mapOf = (view, data) => view.map ?? (data.kind === "quantity" ? "viridis" : "none");
+// Light is shown in tones, directions and positions by their parts, other quantities in false colour; and so is a
+// single channel, which has no colour of its own.
+export const mapOf = (view, data) => view.map ?? (data.kind === "quantity" || view.channel ? "viridis" : "none");
 
 export const isLogarithmic = (view, data) => view.log ?? data.unit === "radiance²";
 

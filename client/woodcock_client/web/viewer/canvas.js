@@ -24,7 +24,16 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onSize, onFault, l
   const [point, setPoint] = useState(null); // of the picture
   const [chosen, setChosen] = useState(null); // what is being chosen
   const [drawable, setDrawable] = useState(0); // how often a context came
+  const pointed = useRef(null); // of the canvas
   now.current = { data, view, size, onView, onPoint, onCrop, onSize, onFault };
+
+  function see(at) {
+    pointed.current = at;
+    const { data, view, size } = now.current;
+    const found = at && pixelAt(place(view, data, size), data, size, at);
+    setPoint(found);
+    now.current.onPoint?.(found);
+  }
 
   useEffect(() => {
     const element = canvas.current;
@@ -71,12 +80,6 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onSize, onFault, l
 
   useEffect(() => {
     const scaled = ({ x, y }) => ({ x: x * now.current.size.ratio, y: y * now.current.size.ratio });
-    const see = (at) => {
-      const { data, view, size } = now.current;
-      const found = at && pixelAt(place(view, data, size), data, size, at);
-      setPoint(found);
-      now.current.onPoint?.(found);
-    };
     const show = (view) => {
       now.current.view = view; // several may come before it is drawn
       now.current.onView(view);
@@ -116,6 +119,7 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onSize, onFault, l
       if (!(error instanceof Fault)) throw error;
       onFault?.(error.message);
     }
+    if (pointed.current) see(pointed.current); // another pixel is under a pointer that rests
   }, [data, view, size, drawable]);
 
   const placed = size && place(view, data, size);

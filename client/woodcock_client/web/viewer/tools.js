@@ -16,7 +16,7 @@ export const withLayer = (view, layer) => ({ ...view, layer, channel: "", exposu
 
 // The view in a curve, or in false colour.
 export const shownAs = (view, data, name) => {
-  if (name in CURVES) return { ...view, curve: name, map: data.kind === "quantity" ? "none" : null };
+  if (name in CURVES) return { ...view, curve: name, map: "none" };
   return { ...view, map: name };
 };
 
@@ -36,7 +36,7 @@ export function Tools({ view, onView, data, list, size, spherical, onCrop, onKey
       </label>
       ${data.channels.length > 1 && html`
         <label>Channel
-          <select value=${view.channel} onChange=${(event) => onView(withChannel(view, data, event.target.value))}>
+          <select value=${view.channel} onChange=${(event) => onView(withChannel(view, event.target.value))}>
             <option value="">${inFalseColour(view, data) && data.kind !== "vector" ? "Luminance" : "All"}</option>
             ${data.channels.map((channel) => html`<option key=${channel} value=${channel}>${channel}</option>`)}
           </select>
@@ -63,8 +63,7 @@ const Toggle = ({ on, onClick, title, children }) => html`
   <button type="button" aria-pressed=${String(on)} title=${title} onClick=${onClick}>${children}</button>
 `;
 
-// A single channel of light is looked at in false colour: it has no colour of its own.
-const withChannel = (view, data, channel) => ({ ...view, channel, range: null, map: channel && !inFalseColour(view, data) ? "viridis" : view.map });
+const withChannel = (view, channel) => ({ ...view, channel, range: null, map: view.map === "none" ? null : view.map });
 
 const ShownAs = ({ view, onView, data }) => html`
   <select value=${inFalseColour(view, data) ? mapOf(view, data) : data.kind === "vector" ? "none" : view.curve} onChange=${(event) => onView(shownAs(view, data, event.target.value))}>

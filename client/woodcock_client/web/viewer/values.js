@@ -1,6 +1,5 @@
 // The numbers under the pointer, and those of a crop.
 
-import { count } from "../format.js";
 import { html } from "../html.js";
 import { titleOf } from "./layers.js";
 
@@ -44,5 +43,3 @@ export function Values({ pixels }) {
     </table></div>
   `;
 }
-
-export const samplesText = (value) => (typeof value === "number" ? `${count(value)} sample${value === 1 ? "" : "s"}` : "");

@@ -2,7 +2,7 @@
 
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { isActive } from "../api.js";
-import { title } from "../format.js";
+import { samples, title } from "../format.js";
 import { html } from "../html.js";
 import { Picture } from "../picture.js";
 import { exposureShown, mapOf } from "./appearance.js";
@@ -16,7 +16,7 @@ import { Legend } from "./legend.js";
 import { useLayers, usePixels } from "./loading.js";
 import { place } from "./placement.js";
 import { inFalseColour, shownAs, Tools, turned, withLayer } from "./tools.js";
-import { Line, samplesAt, samplesText, Values } from "./values.js";
+import { Line, samplesAt, Values } from "./values.js";
 import { readView, writeView } from "./view.js";
 
 const REFINE = 1500; // ms between two versions of the preview
@@ -95,7 +95,7 @@ export function Viewer({ job, query }) {
 }
 
 const Readout = ({ pixels, layer }) => html`
-  <span class="at">${`${pixels.x}, ${pixels.y}`}</span> ${titleOf(layer)} <${Line} pixels=${pixels} layer=${layer} /> ${layer !== "samples" && samplesText(samplesAt(pixels))}
+  <span class="at">${`${pixels.x}, ${pixels.y}`}</span> ${titleOf(layer)} <${Line} pixels=${pixels} layer=${layer} /> ${layer !== "samples" && samples(samplesAt(pixels))}
 `;
 
 // The view without what the layer or the picture does not have.

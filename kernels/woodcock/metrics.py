@@ -10,13 +10,9 @@ import math
 
 import numpy as np
 
+from woodcock import flip as evaluator
 from woodcock.film import weights
 from woodcock.space import Array
-
-try:
-    import flip_evaluator
-except ImportError:  # it has wheels for some platforms only
-    flip_evaluator = None
 
 #: ε of relative errors squared, over the squared mean luminance: below a tenth of the mean, errors count as there.
 EPSILON = 0.01
@@ -91,7 +87,7 @@ def flip(picture: Array, reference: Array) -> float | None:
     Andersson et al. (2021), by NVIDIA's flip-evaluator, at 67 pixels a degree. Radiance is linear Rec. 709 of any unit:
     the exposures go, a stop apart, from where the reference's maximum is white to where its median is (that of the
     pixels that are not black, where most are); of every pixel the largest error counts. Negative radiance counts as 0.
-    None where the package is not installed, or the reference is black. Python's other threads wait meanwhile.
+    None where the package is not installed, or the reference is black.
     """
     errors = flip_errors(picture, reference)
     return None if errors is None else float(errors.mean(dtype=np.float64))
@@ -100,14 +96,12 @@ def flip(picture: Array, reference: Array) -> float | None:
 def flip_errors(picture: Array, reference: Array) -> Array | None:
     """HDR-ꟻLIP of every pixel, (height, width, 1)."""
     stops = flip_stops(reference)
-    if flip_evaluator is None or stops is None:
+    if stops is None:
         return None
     white = float(_luminance(reference).max())
     shown = [np.clip(np.broadcast_to(one / white, (*one.shape[:2], 3)), 0, 1e6) for one in (reference, picture)]
     exposures = {"startExposure": _FIRST_STOP, "stopExposure": _FIRST_STOP + stops, "numExposures": _exposures(stops)}
-    images = [np.ascontiguousarray(one, np.float32) for one in shown]
-    errors, _, _ = flip_evaluator.evaluate(*images, "HDR", applyMagma=False, parameters=exposures)
-    return np.asarray(errors)
+    return evaluator.errors(shown, exposures, flip_seconds(reference))
 
 
 def flip_seconds(reference: Array) -> float:

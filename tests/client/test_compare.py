@@ -174,7 +174,7 @@ def test_renders_are_chosen_by_name(gallery: Gallery, page: Page) -> None:
     compare = page.get_by_role("button", name=re.compile("^Compare"))
     expect(compare).to_be_disabled()
     page.get_by_label("Name").fill("nothing of that name")
-    expect(page.get_by_role("status")).to_contain_text("No other finished render")
+    expect(page.get_by_role("main").get_by_role("status")).to_contain_text("No other finished render")
     page.get_by_label("Name").fill("SEED 2")
     page.get_by_label("box, seed 2").check()
     compare.click()

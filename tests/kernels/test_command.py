@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from tests.statistics import accept_z
 
-from woodcock import metrics
+from woodcock import flip
 from woodcock.image import read_exr
 from woodcock.report_schema import Report
 
@@ -76,7 +76,7 @@ def test_a_reference(scene: Path, tmp_path: Path) -> None:
     # Squares of 1024 normal deviations: their mean is known to 1 / √512.
     accept_z((found["mse"] / mine - 1) * math.sqrt(512) / (1 + long / mine), exact=False)
     accept_z(found["bias"] / found["bias_error"], exact=False)
-    if metrics.flip_evaluator is not None:
+    if flip.flip_evaluator is not None:
         assert 0 < found["flip"] < 0.5
     assert {key: report["error"][-1]["against"][key] for key in ("mse", "bias")} == {
         key: found[key] for key in ("mse", "bias")

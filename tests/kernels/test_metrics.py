@@ -9,12 +9,12 @@ import pytest
 from tests.conftest import Rng
 from tests.statistics import accept_z
 
-from woodcock import metrics
+from woodcock import flip, metrics
 from woodcock.film import LUMINANCE
 from woodcock.space import Array
 
 RED = np.array([[[1.0, 0.0, 0.0]]])
-FLIP = pytest.mark.skipif(metrics.flip_evaluator is None, reason="pip install flip-evaluator")
+FLIP = pytest.mark.skipif(flip.flip_evaluator is None, reason="pip install flip-evaluator")
 
 
 def grey(*values: float) -> Array:
@@ -145,7 +145,7 @@ def test_flip_is_what_the_package_says() -> None:
     reference = scenery().astype(np.float32)
     reference /= float((reference @ LUMINANCE).max())
     test = np.float32(1.3) * reference
-    _, expected, chosen = metrics.flip_evaluator.evaluate(reference, test, "HDR", applyMagma=False)
+    _, expected, chosen = flip.flip_evaluator.evaluate(reference, test, "HDR", applyMagma=False)
     assert chosen["stopExposure"] - chosen["startExposure"] == pytest.approx(metrics.flip_stops(reference), abs=1e-3)
     assert metrics.flip(test, reference) == pytest.approx(expected, rel=1e-4)
 
@@ -161,6 +161,19 @@ def test_flip_of_a_mostly_black_picture() -> None:
     assert metrics.flip_seconds(0 * picture) == 0
 
 
+@FLIP
+def test_flip_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = metrics.flip_errors(1.3 * scenery(), scenery())
+    monkeypatch.setattr(flip, "SHORT", 0.0)
+    monkeypatch.setattr(flip, "_evaluated", None)  # not in this one
+    found = metrics.flip_errors(1.3 * scenery(), scenery())
+    assert found is not None
+    assert expected is not None
+    np.testing.assert_array_equal(found, expected)
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    assert metrics.flip(scenery(), scenery()) is None
+
+
 def test_flip_where_it_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(metrics, "flip_evaluator", None)
+    monkeypatch.setattr(flip, "flip_evaluator", None)
     assert metrics.flip(scenery(), scenery()) is None

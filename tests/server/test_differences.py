@@ -13,7 +13,7 @@ from sqlalchemy import update
 from starlette.testclient import TestClient
 from tests.statistics import accept_z
 
-from woodcock import metrics
+from woodcock import flip, metrics
 from woodcock.film import Film
 from woodcock.image import read_exr, write_exr
 from woodcock.space import Array
@@ -144,7 +144,7 @@ def test_maps_are_those_of_the_formulas(jobs: Jobs) -> None:
         assert links[name] == path(jobs, "one", "darker", f"/{name}")
         found = mapped(jobs, "one", "darker", name)
         assert np.allclose(found, values, rtol=1e-3, atol=1e-4 * np.abs(values).max()), name
-    if metrics.flip_evaluator is not None:
+    if flip.flip_evaluator is not None:
         errors = metrics.flip_errors(a, b)
         assert errors is not None
         assert np.allclose(mapped(jobs, "one", "darker", "flip"), errors, rtol=1e-3, atol=1e-6)

@@ -17,7 +17,6 @@ from woodcock.compare.noise import judge, z_scores
 from woodcock.compare.rendered import Rendered
 from woodcock.image import ImageError
 from woodcock.series import held_against
-from woodcock_server.differences.flip import NoFlip, flip_errors
 from woodcock_server.differences.schemas import Difference, Map
 from woodcock_server.jobs.schemas import PREFIX
 from woodcock_server.jobs.states import State
@@ -29,6 +28,13 @@ from woodcock_server.storage import Storage
 PAIRS, FLIPS = 256, 64 << 20
 
 Row = Mapping[str, Any]
+
+#: Seconds that FLIP may take, by `metrics.flip_seconds`.
+MOST_SECONDS = 120.0
+
+
+class NoFlip(Exception):  # noqa: N818 - it is an answer
+    """There is none for these pictures."""
 
 
 class Differences:
@@ -69,11 +75,14 @@ class Differences:
 
     async def _flip(self, picture: Row, reference: Row) -> NDArray[np.float32]:
         """Raises NoFlip."""
-        ids, film = (picture["id"], reference["id"]), picture["scene"]["film"]
+        ids = picture["id"], reference["id"]
 
         def made() -> dict[str, NDArray[np.float32]]:
-            mine, its = (self._storage.job_file(each, "image.exr") for each in ids)
-            return {"flip": flip_errors(mine, its, film["height"], film["width"])}
+            mine, its = (one.mean for one in self._loaded(*ids))
+            errors = metrics.flip_errors(mine, its) if metrics.flip_seconds(its) < MOST_SECONDS else None
+            if errors is None:
+                raise NoFlip
+            return {"flip": errors.astype(np.float32)}
 
         async with self._flip_turn:
             return (await to_thread.run_sync(self._flips.get, ids, made))["flip"]

@@ -25,12 +25,15 @@ export function Canvas({ data, view, onView, onPoint, onCrop, onSize, onFault, l
   const [chosen, setChosen] = useState(null); // what is being chosen
   const [drawable, setDrawable] = useState(0); // how often a context came
   const pointed = useRef(null); // of the canvas
+  const told = useRef(null); // of the picture
   now.current = { data, view, size, onView, onPoint, onCrop, onSize, onFault };
 
   function see(at) {
     pointed.current = at;
     const { data, view, size } = now.current;
     const found = at && pixelAt(place(view, data, size), data, size, at);
+    if (found?.x === told.current?.x && found?.y === told.current?.y) return;
+    told.current = found;
     setPoint(found);
     now.current.onPoint?.(found);
   }

@@ -214,6 +214,6 @@ def test_what_is_seen_changes_with_what_is_shown(gallery: Gallery, page: Page) -
     shots = set()
     for query in ("", "&show=2", "&mode=map&show=2"):
         opened(gallery, page, query)
-        page.wait_for_function("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         shots.add(page.locator(".stage canvas").screenshot())
     assert len(shots) == 3

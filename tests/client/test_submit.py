@@ -16,6 +16,7 @@ from woodcock.scene import Scene
 from woodcock_client import Client
 
 from .real import serving
+from .waiting import until
 
 
 @pytest.fixture(scope="module")
@@ -232,7 +233,8 @@ def pixels(page: Page, values: Any, plane: Any) -> Locator:
     """The picture of a slice, once it is of this plane, whose last row is shown first."""
     image = page.locator(".slice img")
     expected = np.rint(255 * plane.astype(np.float64) / values.max()).astype(int)[::-1]
-    page.wait_for_function(
+    until(
+        page,
         """(expected) => {
             const image = document.querySelector(".slice img");
             if (!image?.complete || image.naturalHeight !== expected.length) return false;

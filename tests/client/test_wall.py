@@ -18,6 +18,7 @@ from woodcock.scene import Scene
 from .conftest import SCENE
 from .real import serving
 from .seeding import SAMPLES, seed
+from .waiting import until
 
 #: Renders of the service, and those of the slow test.
 FEW, MANY = 1500, 10_000
@@ -101,7 +102,7 @@ def test_ten_thousand_renders_are_no_slower(page: Page, tmp_path: Path, capsys: 
         began = time.perf_counter()
         page.goto(address)
         expect(page.locator(".card img").first).to_be_visible()
-        page.wait_for_function("document.querySelector('.card img').complete")
+        until(page, "document.querySelector('.card img').complete")
         first = time.perf_counter() - began
         session = page.context.new_cdp_session(page)
 
@@ -195,7 +196,7 @@ def test_cards_keep_their_place_while_renders_come_in(page: Page, wall: Wall) ->
     expect(page.locator(".card").first).to_be_visible()
     page.mouse.move(600, 400)
     page.mouse.wheel(0, 3000)
-    page.wait_for_function("scrollY === 3000")
+    until(page, "scrollY === 3000")
     expect(page.locator(".card img").first).to_be_visible()
     before = names(page)
     for name in ("new 1", "new 2"):
@@ -242,7 +243,7 @@ def test_keys_move_among_cards_and_select_them(page: Page, said: list[str], wall
     page.keyboard.press("ArrowUp")
     assert focused() == order[0]
     page.keyboard.press("End")
-    page.wait_for_function("document.activeElement.querySelector('.name')?.textContent !== 'render 799'")
+    until(page, "document.activeElement.querySelector('.name')?.textContent !== 'render 799'")
     page.wait_for_timeout(300)
     page.keyboard.press("End")  # of all, now that all have come
     expect(page.locator(".card:focus .name")).to_have_text("render 7")

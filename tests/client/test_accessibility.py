@@ -1,35 +1,22 @@
 """Every page of the gallery, in the states that it can be in: by axe-core, on a phone's width, and as screenshots.
 
-`screenshots/` at the repository's root has one of each page, in light and dark, wide and narrow: to be looked at.
+Dark and wide, light and narrow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, Literal
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
+from .looks import check
 from .real import Gallery
 from .service import Service
 
-SCREENSHOTS = Path(__file__).parents[2] / "screenshots"
-
 Scheme = Literal["dark", "light"]
 LOOKS: list[tuple[Scheme, int, int]] = [("dark", 1280, 800), ("light", 390, 844)]
-
-
-def check(page: Page, name: str) -> None:
-    """No violation of WCAG 2.2 AA or of best practice, nothing wider than the window; and a screenshot."""
-    narrow = page.viewport_size is not None and page.viewport_size["width"] < 600
-    SCREENSHOTS.mkdir(exist_ok=True)
-    page.screenshot(path=SCREENSHOTS / f"{name}-{'narrow' if narrow else 'wide'}.png")
-    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0, "it scrolls sideways"
-    violations = Axe().run(page).response["violations"]
-    assert [(each["id"], each["help"], [node["html"][:200] for node in each["nodes"]]) for each in violations] == []
 
 
 @pytest.fixture(params=LOOKS, ids=[scheme for scheme, _, _ in LOOKS])

@@ -16,6 +16,7 @@ from playwright.sync_api import BrowserContext, Locator, Page, expect
 from woodcock.scene import Scene
 
 from .conftest import SCENE
+from .looks import check
 from .real import serving
 from .seeding import SAMPLES, seed
 from .waiting import until
@@ -339,6 +340,7 @@ def test_a_batch_is_a_grid_of_its_values(page: Page, said: list[str], wall: Wall
     expect(table.locator("thead th")).to_have_text(["camera.fov", "volumes[0].sigma_t", "20", "35", "50"])
     expect(table.locator("tbody th")).to_have_text(["1", "2"])
     expect(table.locator("tbody img")).to_have_count(6)
+    check(page, "batch")
     page.get_by_role("link", name="volumes[0].sigma_t = 2, camera.fov = 35").click()
     expect(page.get_by_role("heading", name=f"render {FEW - 2}")).to_be_visible()
     page.get_by_role("link", name="volumes[0].sigma_t = 2").click()

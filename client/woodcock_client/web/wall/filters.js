@@ -5,7 +5,7 @@ import { countJobs } from "../api.js";
 import { count, STATES } from "../format.js";
 import { html } from "../html.js";
 import { go } from "../navigation.js";
-import { addressOf, narrowed } from "./filter.js";
+import { addressOf, filterOf, narrowed } from "./filter.js";
 
 const TYPED = 250; // ms after the last letter
 const OLD = 5000; // ms after which counts are asked for anew by who comes to a menu
@@ -14,7 +14,8 @@ const ACTIVE = ["queued", "running", "cancelling"];
 export function Filters({ filter }) {
   const [counts, refresh] = useCounts();
   const query = new URLSearchParams(filter);
-  const narrow = (word, values) => go(addressOf(narrowed(filter, word, values)), { replace: true });
+  // By the address as it is now: two menus may be turned to before the page is drawn anew.
+  const narrow = (word, values) => go(addressOf(narrowed(filterOf(new URLSearchParams(location.search)), word, values)), { replace: true });
   const tags = query.getAll("tag");
   return html`
     <form class="filters" role="search" aria-label="Renders" onSubmit=${(event) => event.preventDefault()} onFocusIn=${refresh}>

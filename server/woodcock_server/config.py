@@ -72,6 +72,16 @@ class Settings(BaseSettings):
         description="Longest that a device may take for one range of samples, or to build a program, before it is "
         "killed; ranges are made to take about one second.",
     )
+    scheduler: Annotated[str, Field(pattern=r"^tls://[^\s/]+:\d+$")] | None = Field(
+        default=None, description="Address of a farm's scheduler, `tls://HOST:PORT`; by default this machine renders."
+    )
+    certificates: Path | None = Field(
+        default=None,
+        description="Folder of ca.crt, tls.crt and tls.key, by which the machines of a farm know each other.",
+    )
+    worker_name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,47}$")] | None = Field(
+        default=None, description="Of a worker's machine, and of no other in the farm; by default the host's name."
+    )
     worker_memory: ByteSize = Field(
         default=ByteSize(MEMORY_LIMIT * 9 // 10),
         description="Most memory that a worker process may take before it is killed, e.g. `32GiB`.",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import logging
+import os
 import signal
 import time
 from collections.abc import Callable
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 
 from woodcock import device as opencl
 from woodcock import stability
-from woodcock.device import DeviceError
+from woodcock.device import Device, DeviceError
 from woodcock.evidence import Evidence, gather
 from woodcock.film import Film
 from woodcock.formats import VolumeError
@@ -36,9 +38,15 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def dask_setup(_worker: object) -> None:
+#: Variable of a worker host: what its scheduler is told of the host's devices, JSON.
+FOUND = "WOODCOCK_FOUND"
+
+
+def dask_setup(worker: Any) -> None:
     """Run by Dask in a worker's process, before it takes work."""
     keep_time()
+    if found := os.environ.get(FOUND):
+        worker.startup_information["woodcock"] = lambda _: json.loads(found)
     # Ctrl-C reaches every process of a terminal, but it is the service that stops its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # What goes wrong comes back as an exception; what Dask says here is of connections that close when all is closed.
@@ -46,10 +54,15 @@ def dask_setup(_worker: object) -> None:
         logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
+def _find(device_id: str) -> Device:
+    """A device of this machine, by the id that it may have among others: `gpu0@node7`. Raises DeviceError."""
+    return opencl.find(device_id.partition("@")[0])
+
+
 @lru_cache(maxsize=2)
 def _start(scene: str, device_id: str) -> Start:
     """The scene made ready; two are kept, so that one job's end and the next one's start do not push each other out."""
-    return Start(parse(scene), opencl.find(device_id))
+    return Start(parse(scene), _find(device_id))
 
 
 def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
@@ -71,7 +84,7 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
 @_faults_alone
 def load(device_id: str) -> None:
     """Load the driver, so that the first job need not. Raises DeviceError."""
-    opencl.find(device_id)
+    _find(device_id)
 
 
 @_faults_alone
@@ -106,7 +119,7 @@ def render_range(
 @_faults_alone
 def check_stability(device_id: str) -> stability.Outcome:
     """Check a device by stiff and extreme scenes, rendered in child processes; takes minutes. Raises DeviceError."""
-    return stability.check(opencl.find(device_id))
+    return stability.check(_find(device_id))
 
 
 @_faults_alone
@@ -130,7 +143,7 @@ class Survey:
 def survey(scene: str, device_id: str) -> Survey:
     """Lay a scene out for a device; nothing is built. Raises SceneError, VolumeError or ImageError."""
     began = time.perf_counter()
-    described, device = parse(scene), opencl.find(device_id)
+    described, device = parse(scene), _find(device_id)
     layout = lay_out(described, read_file)
     program, precise = program_of(layout, device, best_lanes(device, probe(device)))
     width, height = described.film.width, described.film.height
@@ -158,6 +171,6 @@ _surveyed: dict[tuple[str, str], Layout] = {}
 def forecast(scene: str, device_id: str) -> tuple[float, Prediction]:
     """Seconds of building a scene's program and of its upload, and the prediction of its rendering. Raises as `prepare`
     does."""
-    described, device = parse(scene), opencl.find(device_id)
+    described, device = parse(scene), _find(device_id)
     renderer = Renderer(described, device, layout=_surveyed.pop((scene, device_id), None))
     return renderer.seconds["build"] + renderer.seconds["upload"], predict(renderer, described)

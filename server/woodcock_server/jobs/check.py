@@ -20,7 +20,6 @@ from woodcock.image import ImageError
 from woodcock.predict import Memory
 from woodcock.scene import SceneError, Stop, with_files
 from woodcock_server import worker
-from woodcock_server.cluster import ask
 from woodcock_server.devices.choice import leaves_a_choice, meant
 from woodcock_server.devices.service import Found
 from woodcock_server.identifiers import new_id
@@ -165,7 +164,7 @@ class _DryRun:
             return DeviceForecast(id=device.id, says=late)
         try:
             return await asyncio.wait_for(
-                ask(self._services.client, device.id, key, function, self._text, device.id), left
+                self._services.cluster.ask(device.id, key, function, self._text, device.id), left
             )
         except TimeoutError:
             return DeviceForecast(id=device.id, says=late)

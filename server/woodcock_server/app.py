@@ -138,18 +138,14 @@ def create_app(settings: Settings) -> FastAPI:
 @asynccontextmanager
 async def _cluster(settings: Settings, secure: Security | None, storage: Storage) -> AsyncIterator[Cluster]:
     """Of this machine's devices, or those of a farm."""
-
-    def locate(file: str) -> str:
-        return str(storage.volume_file(file))
-
     if settings.scheduler is not None and secure is not None:
-        async with remote.joined(settings.scheduler, secure, locate) as farm:
+        async with remote.joined(settings.scheduler, secure, settings.files_port, storage.volume_file) as farm:
             yield farm
         return
     found = await to_thread.run_sync(discover)
     able = [device.id for device in found if device.ready]
     async with embedded(able, storage.scratch, settings.worker_memory) as client:
-        yield Cluster(client, found, locate)
+        yield Cluster(client, found, lambda file: str(storage.volume_file(file)))
 
 
 def _names(settings: Settings) -> set[str]:

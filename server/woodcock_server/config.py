@@ -11,6 +11,8 @@ from platformdirs import user_data_path
 from pydantic import BeforeValidator, ByteSize, Field
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from woodcock.device import cache_folder
+
 
 def _networks(given: Any) -> Any:
     return [ip_network(one.strip()) for one in given.split(",") if one.strip()] if isinstance(given, str) else given
@@ -81,6 +83,15 @@ class Settings(BaseSettings):
     )
     worker_name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,47}$")] | None = Field(
         default=None, description="Of a worker's machine, and of no other in the farm; by default the host's name."
+    )
+    files_port: Annotated[int, Field(ge=0, le=65535)] = Field(
+        default=0, description="Port at which the workers of a farm fetch uploaded files; 0 takes any."
+    )
+    cache: Path = Field(
+        default_factory=lambda: cache_folder() / "files", description="Where a worker of a farm keeps uploaded files."
+    )
+    cache_size: Annotated[ByteSize, Field(gt=0)] = Field(
+        default=ByteSize(32 << 30), description="Most that these files may take, e.g. `500GiB`."
     )
     worker_memory: ByteSize = Field(
         default=ByteSize(MEMORY_LIMIT * 9 // 10),

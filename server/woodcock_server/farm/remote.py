@@ -8,6 +8,7 @@ import time
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import dask
@@ -19,6 +20,7 @@ from woodcock.device import Device
 from woodcock.probe import Probe
 from woodcock_server.cluster import SETTINGS, Cluster, DeviceGoneError, GivenUpError, ask, restart
 from woodcock_server.devices.service import Found
+from woodcock_server.farm import files
 from woodcock_server.steady import keep_time
 
 log = structlog.get_logger()
@@ -153,12 +155,14 @@ class Remote(Cluster):
 
 
 @asynccontextmanager
-async def joined(address: str, secure: Security, locate: Callable[[str], str]) -> AsyncIterator[Cluster]:
-    """The cluster at a scheduler's address, whether that answers now or later."""
+async def joined(address: str, secure: Security, port: int, find: Callable[[str], Path]) -> AsyncIterator[Cluster]:
+    """The cluster at a scheduler's address, whether that answers now or later; port: of `files.serving`; find: where an
+    uploaded file lies."""
     keep_time()
     for name in ("distributed", "distributed.client", "distributed.core"):  # Who does not answer is told of here.
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    cluster = Remote(address, secure, locate)
     with dask.config.set(SETTINGS):
-        async with cluster.running():
-            yield cluster
+        async with files.serving(address, port, secure, find) as own:
+            cluster = Remote(address, secure, lambda file: f"{own}/{file}")
+            async with cluster.running():
+                yield cluster

@@ -98,7 +98,7 @@ class JobCheck(BaseModel):
 async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
     await in_thread(RequestCheck(services).check, request)
-    text = with_files(request.scene, lambda file: str(services.storage.volume_file(file))).model_dump_json()
+    text = with_files(request.scene, services.cluster.locate).model_dump_json()
     asked = meant(request.device, services.devices)
     distrusted = await in_thread(_distrusted, services) if leaves_a_choice(request.device) else set()
     run = _DryRun(services, text)

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from distributed import Security
-from distributed.comm.addressing import get_address_host
 from distributed.comm.core import connect
 from distributed.core import Server, send_recv
-from distributed.utils import get_ip
 
 from woodcock.scene import UPLOADED
+from woodcock_server.farm.address import own_host
 
 #: Bytes that are read and sent at a time.
 CHUNK = 4 << 20
@@ -45,8 +44,7 @@ async def serving(scheduler: str, port: int, secure: Security, find: Callable[[s
         return find(file)
 
     server = Server({"size": size, "read": read})  # type: ignore[no-untyped-call]
-    host = get_ip(get_address_host(scheduler))  # type: ignore[no-untyped-call]
-    own = f"tls://[{host}]:{port}" if ":" in host else f"tls://{host}:{port}"
+    own = f"tls://{own_host(scheduler)}:{port}"
     await server.listen(own, **secure.get_listen_args("scheduler"))  # type: ignore[no-untyped-call]
     try:
         yield server.address

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from distributed.core import Status
 from woodcock_server import preparation
 from woodcock_server.cluster import HTTP, SETTINGS, START_SECONDS, resource, worker_options
 from woodcock_server.devices.service import Found
+from woodcock_server.farm.address import own_host
 from woodcock_server.farm.remote import told
 from woodcock_server.steady import keep_time
 from woodcock_server.worker import FOUND
@@ -35,6 +37,10 @@ async def work(
     the generic program.
     """
     keep_time()
+    # Who does not answer is told of here.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("core", "nanny", "comm"):
+        logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
     options = {"protocol": "tls://", "security": secure, **HTTP, **worker_options(scratch, memory)}
     failed = [told(one) for one in found if not one.ready]
     ready = [one for one in found if one.ready]
@@ -52,12 +58,12 @@ async def _offer(address: str, device_id: str, options: dict[str, Any]) -> None:
     """A worker, and a new one whenever it has lost the scheduler or could not be started."""
     while True:
         try:
-            async with Nanny(address, **options) as nanny:
+            async with Nanny(address, host=own_host(address), **options) as nanny:
                 log.info("device offered", device=device_id, scheduler=address)
                 await _over(nanny)
                 log.warning("scheduler lost; trying again", device=device_id)
         except Exception as error:
-            log.warning("device not offered; trying again", device=device_id, reason=str(error) or repr(error))
+            log.warning("device not offered; trying again", device=device_id, reason=repr(error.__cause__ or error))
         await asyncio.sleep(AGAIN_SECONDS)
 
 

@@ -6,6 +6,8 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from .harness import Farm, Part
 
 Make = Callable[..., dict[str, Any]]
@@ -16,6 +18,7 @@ def ended(job: dict[str, Any]) -> bool:
     return job["state"] == "succeeded"
 
 
+@pytest.mark.slow
 def test_a_job_is_rendered_by_a_worker_that_comes_late(farm: Farm, make_scene: Make) -> None:
     service = farm.start_service()
     answer = service.http.get("/readyz")
@@ -33,6 +36,7 @@ def test_a_job_is_rendered_by_a_worker_that_comes_late(farm: Farm, make_scene: M
     assert farm.scheduler.stop(signal.SIGINT) == 0
 
 
+@pytest.mark.slow
 def test_commands_say_what_is_missing(farm: Farm) -> None:
     def says(command: str, *options: str, **environment: str) -> str:
         part = Part(farm.folder / "other", command, *options, **environment)

@@ -147,3 +147,31 @@ def test_a_range_of_few_pixels_takes_as_long_as_one_of_all(
         given.rendered("a", paths(piece) / 1600)
         given.merged()
     assert paths(piece) / 1600 == pytest.approx(RANGE_SECONDS, rel=0.05)
+
+
+def test_what_a_device_had_is_rendered_by_others(scene: Callable[..., Scene]) -> None:
+    given = Rounds(scene(kind="samples", samples=40), ("a", "b"), None)
+    lost = [given.take("a", 0.0), given.take("a", 0.0)]
+    kept = given.take("b", 0.0)
+    assert kept is not None
+    given.leave("a")
+    given.rendered("b", 1.0)
+    assert not given.merged()
+    rest = []
+    while piece := given.take("b", 0.0):
+        given.rendered("b", 1.0)
+        assert not given.over
+        rest.append(piece)
+        given.merged()
+    assert all(piece is not None for piece in lost)
+    assert sorted(samples([kept, *rest])) == list(range(40))
+    given.join("a")
+    assert given.take("a", 0.0) is None
+
+
+def test_seconds_do_not_end_by_a_device_that_left_without_a_sample(scene: Callable[..., Scene]) -> None:
+    given = Rounds(scene(kind="seconds", seconds=10), ("a",), None)
+    assert given.take("a", 0.0) is not None
+    given.leave("a")
+    given.join("a")
+    assert given.take("a", 60.0) is not None

@@ -43,7 +43,7 @@ from woodcock_server.retention import endpoints as retention
 from woodcock_server.retention import sweeper
 from woodcock_server.retention.due import Rule
 from woodcock_server.services import Provided, Services
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, open_store
 from woodcock_server.volumes import endpoints as volumes
 from woodcock_server.volumes.parser import Parser
 from woodcock_server.volumes.slices import Slices
@@ -59,12 +59,13 @@ def create_app(settings: Settings) -> FastAPI:
     """The service as an ASGI application; devices, cluster and dispatcher start and stop with its lifespan.
 
     Raises OSError for a data folder, and sqlalchemy.exc.SQLAlchemyError for a database, that cannot be used; Exposed
-    where other machines could reach a service that asks nobody who they are.
+    where other machines could reach a service that asks nobody who they are; NoStore.
     """
-    storage = Storage(settings.data)
+    (settings.data / "scratch").mkdir(parents=True, exist_ok=True)
     engine = open_database(settings.database)
     if not settings.insecure:
         guard.protect(engine, settings.host)
+    storage = open_storage(settings, engine)
     _remove_orphans(engine, storage)
     changes, metrics = Changes(), Metrics()
     parser = Parser(settings.parse_memory, settings.parse_seconds)
@@ -100,6 +101,7 @@ def create_app(settings: Settings) -> FastAPI:
                     settings.insecure,
                 )
                 yield
+        storage.close()
         engine.dispose()
 
     app = FastAPI(
@@ -107,7 +109,7 @@ def create_app(settings: Settings) -> FastAPI:
         summary="Renders participating media.",
         version=__version__,
         lifespan=lifespan,
-        responses=problems.problem_schema(400, 421, 422, 429, 500),
+        responses=problems.problem_schema(400, 421, 422, 429, 500, 503),
     )
     problems.install(app)
     uploads = volumes.router.prefix
@@ -130,6 +132,16 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(CountRequests, metrics=metrics)
     app.add_middleware(SameOrigin, names=_names(settings))
     return app
+
+
+def open_storage(settings: Settings, engine: Engine) -> Storage:
+    """Where the service keeps files. Raises OSError, NoStore."""
+    if settings.store is None:
+        return Storage(settings.data)
+    store = open_store(settings.store)
+    from woodcock_server.bucket import BucketStorage  # only now: it needs what not every installation has
+
+    return BucketStorage(settings.data, engine, store, settings.copies_size)
 
 
 def _names(settings: Settings) -> set[str]:

@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 #: Package -> the extras that hold what it imports, beside what the client's installation has; and where it lies.
 PACKAGES = {
     "woodcock": (("render", "denoise"), ROOT / "kernels" / "woodcock"),
-    "woodcock_server": (("server",), ROOT / "server" / "woodcock_server"),
+    "woodcock_server": (("server", "s3"), ROOT / "server" / "woodcock_server"),
     "woodcock_client": ((), ROOT / "client" / "woodcock_client"),
 }
 #: Distributions that are imported as part of another, which is declared.
@@ -233,6 +233,10 @@ def test_the_renderer_runs_without_service() -> None:
 
 def test_what_few_scenes_need_is_imported_when_they_do() -> None:
     python("import woodcock.render, woodcock.start, woodcock.command, woodcock.report", beyond("render") | AT_NEED)
+
+
+def test_the_service_runs_without_a_client_of_object_stores() -> None:
+    python("import woodcock_server.command, woodcock_server.backup", {"obstore"})
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ from woodcock_server.retention import endpoints as retention
 from woodcock_server.retention import sweeper
 from woodcock_server.retention.due import Rule
 from woodcock_server.services import Provided, Services
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, open_store
 from woodcock_server.volumes import endpoints as volumes
 from woodcock_server.volumes.parser import Parser
 from woodcock_server.volumes.slices import Slices
@@ -63,12 +63,13 @@ def create_app(settings: Settings) -> FastAPI:
 
     Raises OSError for a data folder, and sqlalchemy.exc.SQLAlchemyError for a database, that cannot be used; Exposed
     where other machines could reach a service that asks nobody who they are; CertificateError where there is none to
-    join a farm with.
+    join a farm with; NoStore.
     """
-    storage = Storage(settings.data)
+    (settings.data / "scratch").mkdir(parents=True, exist_ok=True)
     engine = open_database(settings.database)
     if not settings.insecure:
         guard.protect(engine, settings.host)
+    storage = open_storage(settings, engine)
     _remove_orphans(engine, storage)
     secure = certificate.of(settings.certificates) if settings.scheduler else None
     changes, metrics = Changes(), Metrics()
@@ -103,6 +104,7 @@ def create_app(settings: Settings) -> FastAPI:
                     settings.insecure,
                 )
                 yield
+        storage.close()
         engine.dispose()
 
     app = FastAPI(
@@ -110,7 +112,7 @@ def create_app(settings: Settings) -> FastAPI:
         summary="Renders participating media.",
         version=__version__,
         lifespan=lifespan,
-        responses=problems.problem_schema(400, 421, 422, 429, 500),
+        responses=problems.problem_schema(400, 421, 422, 429, 500, 503),
     )
     problems.install(app)
     uploads = volumes.router.prefix
@@ -145,7 +147,17 @@ async def _cluster(settings: Settings, secure: Security | None, storage: Storage
     found = await to_thread.run_sync(discover)
     able = [device.id for device in found if device.ready]
     async with embedded(able, storage.scratch, settings.worker_memory) as client:
-        yield Cluster(client, found, lambda file: str(storage.volume_file(file)))
+        yield Cluster(client, found, lambda file, path: str(path))
+
+
+def open_storage(settings: Settings, engine: Engine) -> Storage:
+    """Where the service keeps files. Raises OSError, NoStore."""
+    if settings.store is None:
+        return Storage(settings.data)
+    store = open_store(settings.store)
+    from woodcock_server.bucket import BucketStorage  # only now: it needs what not every installation has
+
+    return BucketStorage(settings.data, engine, store, settings.copies_size)
 
 
 def _names(settings: Settings) -> set[str]:

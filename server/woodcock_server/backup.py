@@ -41,6 +41,10 @@ def backup(
 
 def copy(settings: Settings, target: Path) -> None:
     """The whole appears under its name or not at all. Raises BackupError, OSError."""
+    if settings.store is not None:
+        raise BackupError(
+            f"The files are in {settings.store}: back up the database first, by its own means, and the bucket after it."
+        )
     database = make_url(settings.database)
     if database.get_backend_name() != "sqlite" or not database.database:
         raise BackupError(

@@ -16,6 +16,7 @@ from woodcock_server.access.guard import Exposed, is_loopback
 from woodcock_server.config import Settings
 from woodcock_server.database import connect, revision
 from woodcock_server.devices.service import discover
+from woodcock_server.storage import PROBE, NoStore, StoreAway, open_store
 from woodcock_server.usable import reason
 
 
@@ -27,6 +28,8 @@ def check(settings: Settings) -> Iterator[str]:
     """Sentences, those that are a Fault among them, as they are found."""
     yield _folder(settings.data)
     yield from _database(settings)
+    if settings.store is not None:
+        yield _store(settings.store)
     if settings.scheduler is not None:
         yield _certificate(settings)
         return
@@ -53,6 +56,14 @@ def _folder(folder: Path) -> str:
     if not os.access(there, os.W_OK | os.X_OK):
         return Fault(f"The data folder {folder} cannot be used: {there} cannot be written.")
     return f"The data folder is {folder}{'' if folder.exists() else ', which will be made'}."
+
+
+def _store(url: str) -> str:
+    try:
+        open_store(url).size(PROBE)
+    except (NoStore, StoreAway) as error:
+        return Fault(str(error))
+    return f"The object store is {url}."
 
 
 def _database(settings: Settings) -> Iterator[str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import structlog
@@ -12,7 +14,7 @@ from woodcock.film import Film, FilmError
 from woodcock_server.events import Changes
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.states import State
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, film_name
 from woodcock_server.threads import in_thread
 
 log = structlog.get_logger()
@@ -45,20 +47,21 @@ class Claim:
         return None
 
     async def keep(self, film: Film) -> None:
-        """Write the checkpoint, in place of all before it. Raises LeaseLost, OSError."""
+        """Write the checkpoint, in place of all before it. Raises LeaseLost, OSError, StoreAway."""
         staged = await self.stage()
-        await in_thread(film.save, self._storage.checkpoint(staged, self.token))
+        await in_thread(film.save, staged / film_name(self.token))
         await self.write({"token": self.token}, publish=True)
         await in_thread(self._storage.drop_checkpoints, self.id, self.token)
 
-    async def stage(self) -> str:
-        """Where files are made that the next write publishes; to be given in place of the job's id. Raises OSError."""
+    async def stage(self) -> Path:
+        """Where files are made that the next write publishes. Raises OSError."""
         return await in_thread(self._storage.stage, self.id, self.token)
 
     async def write(self, values: dict[str, Any], *, publish: bool = False) -> None:
         """Write to the row, and tell who follows the job. Raises LeaseLost.
 
-        publish: also what is staged, while the row is locked: who lost the lease changes no file. Raises OSError.
+        publish: also what is staged, while the row is locked: who lost the lease changes no file. Raises OSError,
+        StoreAway.
         """
         if not await in_thread(self._write, values, publish):
             raise LeaseLost
@@ -66,16 +69,17 @@ class Claim:
 
     def _write(self, values: dict[str, Any], publish: bool) -> bool:
         self.leaving = self.leaving or "state" in values
-        with self._engine.begin() as connection:
+        publishing = self._storage.publishing(self.id, self.token) if publish else nullcontext()
+        with publishing as put_in_place, self._engine.begin() as connection:
             held = repository.write_held(connection, self.id, self.token, values)
-            if held and publish:
-                self._storage.publish(self.id, self.token)
+            if held and put_in_place:
+                put_in_place(connection)
         if "state" in values:
             self._storage.unstage(self.id, self.token)
         return held
 
     async def end(self, state: State, error: str | None = None) -> None:
-        """The job is over. Raises LeaseLost, OSError."""
+        """The job is over. Raises LeaseLost, OSError, StoreAway."""
         ended = {"state": state, "error": error, "finished_at": datetime.now(UTC), "kept": None, **repository.NOBODY}
         await self.write(ended, publish=state is State.SUCCEEDED)
         # The last Film of a picture stays, to be gone on from.

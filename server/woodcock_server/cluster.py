@@ -64,8 +64,8 @@ class Cluster:
 
     remote = False
 
-    def __init__(self, client: Client, devices: Sequence[Found], locate: Callable[[str], str]) -> None:
-        """locate: where a worker finds an uploaded file."""
+    def __init__(self, client: Client, devices: Sequence[Found], locate: Callable[[str, Path], str]) -> None:
+        """locate: where a worker finds an uploaded file, by its id and where the service has it."""
         self._client, self.devices, self.locate = client, devices, locate
 
     @property

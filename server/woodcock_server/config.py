@@ -51,6 +51,14 @@ class Settings(BaseSettings):
     database_url: str | None = Field(
         default=None, description="SQLAlchemy URL of the database; by default `woodcock.sqlite` in the data folder."
     )
+    store: Annotated[str, Field(pattern=r"^s3://[^/?#]+(/[^?#]*)?$")] | None = Field(
+        default=None,
+        description="Bucket that uploads and renders are kept in, `s3://bucket/prefix`; by default the data folder. "
+        "Credentials, region and endpoint are the environment's (AWS_ACCESS_KEY_ID, AWS_ENDPOINT_URL, …).",
+    )
+    copies_size: ByteSize = Field(
+        default=ByteSize(10 << 30), description="Most that copies of what is in the bucket take, e.g. `100GiB`."
+    )
     lease_seconds: Annotated[float, Field(ge=0.5)] = Field(
         default=10.0, description="How long a job stays with a server that no longer answers."
     )

@@ -17,6 +17,7 @@ from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from woodcock.scene import fault, field_path
+from woodcock_server.storage import StoreAway
 
 log = structlog.get_logger()
 
@@ -84,6 +85,10 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(Conflict)
     def conflict(_request: Request, error: Conflict) -> ProblemResponse:
         return respond(409, str(error))
+
+    @app.exception_handler(StoreAway)
+    def away(_request: Request, error: StoreAway) -> ProblemResponse:
+        return respond(503, str(error))
 
     @app.exception_handler(ClientDisconnect)
     def gone(_request: Request, _error: ClientDisconnect) -> ProblemResponse:

@@ -7,7 +7,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from typing import Any, TypeAlias, TypeVar
 
@@ -18,10 +18,9 @@ from woodcock import series
 from woodcock.denoise import require
 from woodcock.device import DeviceError
 from woodcock.film import Film
-from woodcock.image import WriteError
 from woodcock.reference import Reference
 from woodcock.report import Use
-from woodcock.scene import Scene, SceneError, explain, with_files
+from woodcock.scene import Scene, SceneError, explain, files, with_files
 from woodcock_server import results, worker
 from woodcock_server.books import Books
 from woodcock_server.claim import Claim
@@ -31,6 +30,7 @@ from woodcock_server.errands import DeviceLostError, Errands
 from woodcock_server.jobs import reference
 from woodcock_server.jobs.states import State
 from woodcock_server.metrics import Metrics
+from woodcock_server.results import UNWRITTEN
 from woodcock_server.rounds import Rounds
 from woodcock_server.storage import Storage
 from woodcock_server.threads import in_thread
@@ -40,9 +40,6 @@ log = structlog.get_logger()
 PROGRESS_SECONDS = 1.0  # between previews and writes of the row
 CHECKPOINT_SECONDS = 2.0  # between writes of the Film: what a crash may cost
 WRITE_AGAIN_SECONDS = 2.0  # after the disk did not take what the job cannot do without
-
-#: What a disk that is full, read-only or at fault makes of writing.
-UNWRITTEN = (OSError, WriteError)
 
 #: Before a device that is gone is looked for again.
 AGAIN_SECONDS = 1.0
@@ -95,11 +92,20 @@ class Rendering:
 
     async def run(self) -> None:
         """Render what is missing and publish the picture. Raises LeaseLost, RenderError, what the renderer raises."""
+        with ExitStack() as held:
+            await self._render(held)
+
+    async def _render(self, held: ExitStack) -> None:
+        """held: gets what must stay for as long as the job is rendered."""
         self._read_scene()
         if self._scene.denoise:
             await in_thread(require)
+        stays = partial(self._storage.volume_files, files(self._scene))
+        where = await self._until_written(lambda: in_thread(held.enter_context, stays()))
+        local = with_files(self._scene, lambda file: self._cluster.locate(file, where[file]))
+        self._errands.scene = local.model_dump_json()
         if named := self.claim.row["reference"]:
-            found = await in_thread(reference.load, self._storage, named)
+            found = await self._until_written(partial(in_thread, reference.load, self._storage, named))
             self._reference = found.independent_of(self._scene.seed)
         await self._resume()
         kept = self.samples
@@ -122,8 +128,6 @@ class Rendering:
             self._scene = Scene.model_validate(self.claim.row["scene"])
         except ValidationError as error:  # Committed by another version of this program.
             raise SceneError(explain(error.errors(include_url=False))) from None
-        local = with_files(self._scene, self._cluster.locate)
-        self._errands.scene = local.model_dump_json()
 
     async def _resume(self) -> None:
         """Go on from the checkpoint, with what the row says of it."""
@@ -274,7 +278,7 @@ class Rendering:
         values = await in_thread(results.figures, self._scene, film, self.seconds)
         try:
             with self._timing("write"):
-                await in_thread(results.preview, self._storage, await self.claim.stage(), film)
+                await in_thread(results.preview, await self.claim.stage(), film)
                 if self._progress_at == -math.inf and self.claim.token == 1:
                     self._metrics.first_preview.observe(time.monotonic() - self._claimed_at)
                 # Before the checkpoint, so that nobody waits for the preview longer.
@@ -302,7 +306,7 @@ class Rendering:
                 await in_thread(self._storage.open_job, self.claim.id)
                 return await write()
             except UNWRITTEN as error:
-                log.error("the data folder cannot be written; trying again", reason=str(error))
+                log.error("the files are out of reach; trying again", reason=str(error))
                 await asyncio.sleep(WRITE_AGAIN_SECONDS)
 
     # Ends
@@ -327,9 +331,7 @@ class Rendering:
     ) -> dict[str, Any]:
         """Picture and report, and the end of the job with them; returns the report."""
         staged, name = await self.claim.stage(), self.claim.row["name"]
-        report = await in_thread(
-            results.write, self._storage, staged, name, self._scene, film, uses, points, seconds, self._reference
-        )
+        report = await in_thread(results.write, staged, name, self._scene, film, uses, points, seconds, self._reference)
         await self.claim.end(State.SUCCEEDED)
         return report
 

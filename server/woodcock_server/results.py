@@ -5,27 +5,31 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from woodcock import report
 from woodcock.contract import outcome
 from woodcock.film import Film
-from woodcock.image import write_exr, write_preview, write_thumbnail
+from woodcock.image import WriteError, write_exr, write_preview, write_thumbnail
 from woodcock.pages import report_page
 from woodcock.reference import Reference
 from woodcock.report import Use
 from woodcock.scene import RelativeErrorStop, Scene
 from woodcock.series import Point
-from woodcock_server.storage import Storage
+from woodcock_server.storage import StoreAway, write_json, write_text
+
+#: What a disk that is full, read-only or at fault makes of writing, and a store that does not answer.
+UNWRITTEN = (OSError, WriteError, StoreAway)
 
 PREVIEW_SIZE, THUMBNAIL_SIZE = 1024, 320  # longest side, pixels
 
 
-def preview(storage: Storage, job_id: str, film: Film) -> None:
+def preview(folder: Path, film: Film) -> None:
     """Write preview.png and thumbnail.webp; blocks."""
-    path = storage.job_file(job_id, "preview.png")
+    path = folder / "preview.png"
     write_preview(path, film, PREVIEW_SIZE)
-    write_thumbnail(path.with_name("thumbnail.webp"), path, THUMBNAIL_SIZE)
+    write_thumbnail(folder / "thumbnail.webp", path, THUMBNAIL_SIZE)
 
 
 def figures(scene: Scene, film: Film, seconds: float) -> dict[str, Any]:
@@ -41,8 +45,7 @@ def figures(scene: Scene, film: Film, seconds: float) -> dict[str, Any]:
 
 
 def write(
-    storage: Storage,
-    job_id: str,
+    folder: Path,
     name: str,
     scene: Scene,
     film: Film,
@@ -58,10 +61,10 @@ def write(
     """
     began = time.monotonic()
     header = report.header(scene, film, uses, series, seconds)
-    write_exr(storage.job_file(job_id, "image.exr"), film, header, scene.denoise)
-    preview(storage, job_id, film)
+    write_exr(folder / "image.exr", film, header, scene.denoise)
+    preview(folder, film)
     seconds = {**seconds, "write": seconds["write"] + time.monotonic() - began}
     content = report.build(film, uses, series, seconds, scene=scene, reference=reference)
-    storage.write_json(job_id, "report.json", content)
-    storage.write_text(job_id, "report.html", report_page(content, scene, film, reference, name or "Untitled"))
+    write_json(folder / "report.json", content)
+    write_text(folder / "report.html", report_page(content, scene, film, reference, name or "Untitled"))
     return content

@@ -1,4 +1,7 @@
-"""Files the service keeps: uploads by their content, a folder for each job. Nothing half-written bears a final name."""
+"""Files the service keeps: uploads by their content, a folder for each job. Nothing half-written bears a final name.
+
+They are kept in the data folder, or in a bucket (bucket.py).
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,40 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from sqlalchemy import Connection
 
 from woodcock.files import replacing
 from woodcock.scene import UPLOADED
 
+if TYPE_CHECKING:
+    from woodcock_server.store import Store
+
+#: Key of what is written to find out whether anything can be.
+PROBE = "probe"
 _CHECKPOINT = re.compile(r"film-(\d+)\.npz")
+
+
+class StoreAway(Exception):  # noqa: N818 - it says what happened
+    """The object store does not answer, or refuses; it may again."""
+
+    def __init__(self) -> None:
+        super().__init__("The object store does not answer; the server's log says why.")
+
+
+class NoStore(Exception):  # noqa: N818 - it says what is missing
+    """No object store can be used by that URL."""
+
+    def __init__(self, url: str, reason: str) -> None:
+        super().__init__(f"The object store {url} cannot be used: {reason}.")
+
+
+class Collected(Exception):  # noqa: N818 - it says what happened
+    """The file was deleted while it was brought once more."""
 
 
 class Upload:
@@ -43,12 +71,14 @@ class Upload:
 
 
 class Storage:
-    """The data folder. Methods block; call them from a thread."""
+    """The data folder. Methods block; call them from a thread. Where a bucket keeps the files all but those of which it
+    is said otherwise raise StoreAway too."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, kept: Path | None = None) -> None:
+        """kept: where volumes and jobs are, if not in the root."""
         self.root = root
-        self.volumes = root / "volumes"
-        self.jobs = root / "jobs"
+        self.volumes = (kept or root) / "volumes"
+        self.jobs = (kept or root) / "jobs"
         self.scratch = root / "scratch"
         for folder in (self.volumes, self.jobs, self.scratch):
             folder.mkdir(parents=True, exist_ok=True)
@@ -59,6 +89,9 @@ class Storage:
                     shutil.rmtree(folder, ignore_errors=True)
         for path in self.scratch.glob("gone-*"):
             shutil.rmtree(path, ignore_errors=True)
+
+    def close(self) -> None:
+        """Let others have the folder, where it is one's own."""
 
     def try_writing(self) -> None:
         """Raises OSError where nothing can be written, for rights, room or a fault."""
@@ -76,14 +109,32 @@ class Storage:
             with os.fdopen(handle, "wb") as stream:
                 yield Upload(stream, Path(name))
 
-    def keep_volume(self, upload: Path, volume_id: str) -> None:
-        """Move an uploaded file to its name for good. Raises OSError."""
-        upload.replace(self.volume_file(volume_id))
-        _sync_folder(self.volumes)
+    @contextmanager
+    def bringing_volume(self, upload: Path, volume_id: str) -> Iterator[Callable[[], None]]:
+        """Bring an uploaded file to its name for good. What is yielded does so, while the row is being written, and
+        raises OSError, Collected."""
+
+        def keep() -> None:
+            upload.replace(self.volume_file(volume_id))
+            _sync_folder(self.volumes)
+
+        yield keep
+
+    def has_volume(self, volume_id: str) -> bool:
+        return self.volume_file(volume_id).exists()
 
     def volume_file(self, volume_id: str) -> Path:
-        """Where the file `sha256:<64 hex>` lies."""
+        """Where the file `sha256:<64 hex>` lies, for now."""
         return self.volumes / volume_id.removeprefix(UPLOADED)
+
+    @contextmanager
+    def volume_files(self, volume_ids: Iterable[str]) -> Iterator[dict[str, Path]]:
+        """Where these files lie, for as long as the block takes."""
+        yield {each: self.volume_file(each) for each in volume_ids}
+
+    def drop_volume(self, volume_id: str) -> None:
+        """While its row is locked. Raises OSError."""
+        self.volume_file(volume_id).unlink(missing_ok=True)
 
     def by_id(self, sentence: str) -> str:
         """The sentence with uploaded files' ids in place of their paths, which are nobody's business."""
@@ -92,10 +143,11 @@ class Storage:
     # Jobs
 
     def job_file(self, job_id: str, name: str) -> Path:
+        """Where it lies for now; nothing is there if the job has none."""
         return self.jobs / job_id / name
 
     def open_job(self, job_id: str) -> None:
-        """Make the job's folder, and rid it of what a killed holder was writing."""
+        """Make the job's folder, and rid it of what a killed holder was writing. Does not raise StoreAway."""
         folder = self.jobs / job_id
         folder.mkdir(exist_ok=True)
         for path in folder.glob(".*"):
@@ -104,28 +156,41 @@ class Storage:
             else:
                 path.unlink(missing_ok=True)
 
-    def stage(self, job_id: str, token: int) -> str:
-        """Make a folder for what the holder of this token makes, until it is published or not wanted any more; to be
-        given in place of the job's id."""
-        staged = f"{job_id}/.{token}"
-        (self.jobs / staged).mkdir(exist_ok=True)
-        return staged
+    def stage(self, job_id: str, token: int) -> Path:
+        """Make a folder for what the holder of this token makes, until it is published or not wanted any more. Raises
+        OSError, not StoreAway."""
+        folder = self._staged(job_id, token)
+        folder.mkdir(exist_ok=True)
+        return folder
 
-    def publish(self, job_id: str, token: int) -> None:
-        """Put the files that are staged into the job's folder. Raises OSError."""
-        for path in self.job_file(job_id, f".{token}").iterdir():
-            if not path.name.startswith("."):
-                path.replace(self.job_file(job_id, path.name))
+    @contextmanager
+    def publishing(self, job_id: str, token: int) -> Iterator[Callable[[Connection], None]]:
+        """Put the files that are staged into the job's folder. What is yielded does so, while the row is locked; it is
+        not called where another holds the job. Raises OSError."""
+
+        def publish(_: Connection) -> None:
+            for path in self._made(job_id, token):
+                path.replace(self.jobs / job_id / path.name)
+
+        yield publish
         self.unstage(job_id, token)
 
     def unstage(self, job_id: str, token: int) -> None:
-        shutil.rmtree(self.job_file(job_id, f".{token}"), ignore_errors=True)
+        """Does not raise."""
+        shutil.rmtree(self._staged(job_id, token), ignore_errors=True)
+
+    def _staged(self, job_id: str, token: int) -> Path:
+        return self.jobs / job_id / f".{token}"
+
+    def _made(self, job_id: str, token: int) -> list[Path]:
+        """What is staged and whole."""
+        return [path for path in self._staged(job_id, token).iterdir() if not path.name.startswith(".")]
 
     def remove_job(self, job_id: str) -> None:
-        """Its folder, under another name first: what is half removed is no job's."""
+        """Its folder, under another name first: what is half removed is no job's. Does not raise StoreAway."""
         gone = self.scratch / f"gone-{job_id}"
         with suppress(FileNotFoundError):
-            self.job_file(job_id, "").rename(gone)
+            (self.jobs / job_id).rename(gone)
         shutil.rmtree(gone, ignore_errors=True)
 
     def size(self, job_id: str) -> int:
@@ -140,27 +205,18 @@ class Storage:
         """Ids of what has one."""
         return {path.name for path in self.jobs.iterdir()}
 
-    def write_json(self, job_id: str, name: str, content: dict[str, Any]) -> None:
-        """Raises OSError, and ValueError for NaN and infinities."""
-        self.write_text(job_id, name, json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
-
     def write_text(self, job_id: str, name: str, text: str) -> None:
-        """Raises OSError."""
-        with replacing(self.job_file(job_id, name)) as path:
-            path.write_text(text, encoding="utf-8")
-
-    def checkpoint(self, job_id: str, token: int) -> Path:
-        """Where the holder of this token keeps the job's Film: no two holders share a file."""
-        return self.job_file(job_id, f"film-{token}.npz")
+        """Into a folder that is opened, for good. Raises OSError."""
+        write_text(self.jobs / job_id / name, text)
 
     def newest_checkpoint(self, job_id: str) -> Path | None:
-        """The Film of the latest holder that wrote one."""
-        return max(self._checkpoints(job_id), key=_token_of, default=None)
+        """The Film of the latest holder that wrote one. Raises OSError."""
+        return max(self._checkpoints(job_id), key=lambda path: token_of(path.name), default=None)
 
     def drop_checkpoints(self, job_id: str, before: int) -> None:
-        """Remove the Films of holders before this token."""
+        """Remove the Films of holders before this token. Does not raise StoreAway."""
         for path in self._checkpoints(job_id):
-            if _token_of(path) < before:
+            if token_of(path.name) < before:
                 path.unlink(missing_ok=True)
 
     def hand_on(self, old: str, new: str) -> bool:
@@ -170,7 +226,7 @@ class Storage:
             return False
         self.open_job(new)
         # None is ever written to, only replaced.
-        self.checkpoint(new, 0).hardlink_to(film)
+        self.job_file(new, film_name(0)).hardlink_to(film)
         self.job_file(new, "preview.png").hardlink_to(self.job_file(old, "preview.png"))
         with suppress(FileNotFoundError):  # It ended under a version that wrote none.
             self.job_file(new, "thumbnail.webp").hardlink_to(self.job_file(old, "thumbnail.webp"))
@@ -178,13 +234,47 @@ class Storage:
 
     def _checkpoints(self, job_id: str) -> list[Path]:
         with suppress(FileNotFoundError):
-            return [path for path in (self.jobs / job_id).iterdir() if _CHECKPOINT.fullmatch(path.name)]
+            return [path for path in (self.jobs / job_id).iterdir() if token_of(path.name) >= 0]
         return []
 
+    def collect(self) -> None:
+        """Remove what nothing names, and was left by a server that was killed: here that is done at the start."""
 
-def _token_of(path: Path) -> int:
-    match = _CHECKPOINT.fullmatch(path.name)
+
+def open_store(url: str) -> Store:
+    """The bucket of a URL; nothing is asked of it yet. Raises NoStore."""
+    try:
+        from woodcock_server.store import connect  # what not every installation has
+    except ImportError:
+        raise NoStore(url, "its client is not installed: pip install 'woodcock[s3]'") from None
+    return connect(url)
+
+
+def film_name(token: int) -> str:
+    """Under which the holder of this token keeps the job's Film: no two holders share a file."""
+    return f"film-{token}.npz"
+
+
+def token_of(name: str) -> int:
+    """Of a Film's file; -1 for another one."""
+    match = _CHECKPOINT.fullmatch(name)
     return int(match[1]) if match else -1
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Raises OSError, and ValueError for NaN and infinities."""
+    write_text(path, as_json(content))
+
+
+def as_json(content: dict[str, Any]) -> str:
+    """Raises ValueError for NaN and infinities."""
+    return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def write_text(path: Path, text: str) -> None:
+    """Raises OSError."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _sync_folder(folder: Path) -> None:

@@ -140,6 +140,16 @@ webhooks = Table(
     Index(None, "due_at"),
 )
 
+#: Where the files of jobs and comparisons lie in a bucket, if they are kept in one.
+objects = Table(
+    "objects",
+    metadata,
+    Column("job_id", String(36), primary_key=True),
+    Column("name", String(64), primary_key=True),
+    Column("key", String(200), nullable=False, unique=True),
+    Column("size", BigInteger, nullable=False),  # bytes
+)
+
 #: The states that a job came to, each written with the state itself; ids say the order.
 job_events = Table(
     "job_events",

@@ -13,6 +13,7 @@ from sqlalchemy import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock_server.config import Settings
+from woodcock_server.storage import NoStore
 
 Data = Annotated[
     Path | None,
@@ -34,11 +35,14 @@ def settings_of(**given: Any) -> Settings:
 
 @contextmanager
 def usable(settings: Settings) -> Iterator[None]:
-    """Ends the command with a sentence for a data folder or a database that cannot be used."""
+    """Ends the command with a sentence for a data folder, a database or an object store that cannot be used."""
     try:
         yield
     except OSError as error:
         typer.echo(f"The data folder {settings.data} cannot be used: {error.strerror}.", err=True)
+        raise typer.Exit(2) from None
+    except NoStore as error:
+        typer.echo(str(error), err=True)
         raise typer.Exit(2) from None
     except SQLAlchemyError as error:
         typer.echo(f"The database {make_url(settings.database)!r} cannot be used: {reason(error)}.", err=True)

@@ -60,6 +60,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "job_id": JOB, "url": "https://a.example", "secret": "whsec_x", "state": "delivered", "attempts": 1,
     },
     "job_events": {"job_id": JOB, "state": "succeeded", "at": THEN},
+    "objects": {"job_id": JOB, "name": "image.exr", "key": "jobs/1/2/image.exr", "size": 9},
 }  # fmt: skip
 REVISIONS = [script.revision for script in ScriptDirectory.from_config(alembic_config()).walk_revisions()][::-1]
 

@@ -32,7 +32,7 @@ from woodcock_server.jobs.service import admit
 from woodcock_server.jobs.states import State
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, as_json
 
 log = structlog.get_logger()
 
@@ -87,14 +87,13 @@ def state(jobs: Sequence[RowMapping]) -> State:
 def judged(storage: Storage, comparison: RowMapping, jobs: Mapping[str, RowMapping]) -> dict[str, Any] | None:
     """Rows and verdict of a comparison that has succeeded; they, and the page, are made once. None if that fails: its
     pictures or its reference are gone."""
-    path = storage.job_file(comparison["id"], RESULT)
-    if not path.exists():
+    if not storage.job_file(comparison["id"], RESULT).exists():
         try:
             _judge(storage, comparison, jobs)
         except (ImageError, OSError) as error:
             log.error("comparison not judged", comparison=comparison["id"], reason=str(error))
             return None
-    result: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    result: dict[str, Any] = json.loads(storage.job_file(comparison["id"], RESULT).read_text(encoding="utf-8"))
     return result
 
 
@@ -123,7 +122,7 @@ def _judge(storage: Storage, comparison: RowMapping, jobs: Mapping[str, RowMappi
         storage.write_text(comparison["id"], PAGE, text)
     else:
         verdict["winner"], verdict["says"] = None, "No winner: all variants compile to the same program."
-    storage.write_json(comparison["id"], RESULT, _result(rows, ids, verdict, same))
+    storage.write_text(comparison["id"], RESULT, as_json(_result(rows, ids, verdict, same)))
 
 
 def film_of(path: Path, report: Mapping[str, Any]) -> Film:

@@ -53,7 +53,7 @@ class Remote(Cluster):
 
     remote = True
 
-    def __init__(self, address: str, secure: Security, locate: Callable[[str], str]) -> None:
+    def __init__(self, address: str, secure: Security, locate: Callable[[str, Path], str]) -> None:
         self.locate = locate
         self._address, self._secure = address, secure
         self._connected: Client | None = None
@@ -163,6 +163,6 @@ async def joined(address: str, secure: Security, port: int, find: Callable[[str]
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS):
         async with files.serving(address, port, secure, find) as own:
-            cluster = Remote(address, secure, lambda file: f"{own}/{file}")
+            cluster = Remote(address, secure, lambda file, path: f"{own}/{file}")
             async with cluster.running():
                 yield cluster

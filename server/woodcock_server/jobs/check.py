@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 import structlog
@@ -18,7 +19,7 @@ from woodcock.device import Device, DeviceError
 from woodcock.formats import VolumeError
 from woodcock.image import ImageError
 from woodcock.predict import Memory
-from woodcock.scene import SceneError, Stop, with_files
+from woodcock.scene import SceneError, Stop, files, with_files
 from woodcock_server import worker
 from woodcock_server.devices.choice import leaves_a_choice, meant
 from woodcock_server.devices.service import Found
@@ -98,7 +99,14 @@ class JobCheck(BaseModel):
 async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
     await in_thread(RequestCheck(services).check, request)
-    text = with_files(request.scene, services.cluster.locate).model_dump_json()
+    with ExitStack() as held:
+        where = await in_thread(held.enter_context, services.storage.volume_files(files(request.scene)))
+        text = with_files(request.scene, lambda file: services.cluster.locate(file, where[file])).model_dump_json()
+        return await _checked(services, request, text)
+
+
+async def _checked(services: Services, request: JobCreate, text: str) -> JobCheck:
+    """text: the scene as workers read it."""
     asked = meant(request.device, services.devices)
     distrusted = await in_thread(_distrusted, services) if leaves_a_choice(request.device) else set()
     run = _DryRun(services, text)

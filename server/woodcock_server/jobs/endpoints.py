@@ -237,7 +237,7 @@ def get_thumbnail(row: Existing, services: Provided, samples: Samples = None, st
     path = services.storage.job_file(row["id"], "thumbnail.webp")
     if links.preview is not None and not path.is_file():
         return RedirectResponse(links.preview, headers={"Cache-Control": FOR_NOW})
-    return _picture(_result(row, services, path.name, links.thumbnail), "image/webp", row, samples, state)
+    return _picture(_result(row, services, "thumbnail.webp", links.thumbnail), "image/webp", row, samples, state)
 
 
 def _picture(path: Path, kind: str, row: repository.Row, samples: int | None, state: State | None) -> Response:

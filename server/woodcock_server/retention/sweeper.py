@@ -14,7 +14,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from woodcock_server.comparisons import repository as comparisons
 from woodcock_server.jobs import repository as jobs
 from woodcock_server.retention.due import GRACE, Due, File, Group, Rule, due
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, StoreAway
 from woodcock_server.threads import in_thread
 from woodcock_server.volumes import repository as volumes
 
@@ -41,7 +41,7 @@ async def _run(engine: Engine, storage: Storage, rule: Rule) -> None:
     while True:
         try:
             await in_thread(sweep, engine, storage, rule, datetime.now(UTC))
-        except (SQLAlchemyError, OSError) as error:
+        except (SQLAlchemyError, OSError, StoreAway) as error:
             log.error("nothing could be swept", reason=str(error))
         except Exception:  # One row's trouble must not be the end of all sweeping.
             log.exception("the sweeper stumbled")
@@ -57,6 +57,7 @@ def sweep(engine: Engine, storage: Storage, rule: Rule, now: datetime) -> Due:
         _remove(engine, storage, group)
     for file in found.files:
         _collect(engine, storage, file, now)
+    storage.collect()
     return found
 
 
@@ -85,6 +86,6 @@ def _collect(engine: Engine, storage: Storage, file: File, now: datetime) -> Non
     with engine.begin() as connection:
         collected = volumes.remove(connection, file.id, now - GRACE)
         if collected:
-            storage.volume_file(file.id).unlink(missing_ok=True)
+            storage.drop_volume(file.id)
     if collected:
         log.info("unused file deleted", file=file.id, name=file.name, size=file.size)

@@ -15,7 +15,7 @@ from woodcock.formats import VolumeError
 from woodcock.formats.grid import choose
 from woodcock_server.problems import Fault, InvalidRequest
 from woodcock_server.services import Services
-from woodcock_server.storage import Upload
+from woodcock_server.storage import Collected, Upload
 from woodcock_server.volumes import repository
 from woodcock_server.volumes.contents import UnreadableFile
 from woodcock_server.volumes.samples import Samples
@@ -40,7 +40,7 @@ def _admit(services: Services, owner: str, size: int) -> None:
 
 def _keep(services: Services, owner: str, upload: Upload, name: str) -> tuple[RowMapping, bool]:
     volume_id, path = f"sha256:{upload.finish()}", upload.path
-    if not (_used_again(services, volume_id) and services.storage.volume_file(volume_id).exists()):
+    if not (_used_again(services, volume_id) and services.storage.has_volume(volume_id)):
         _admit(services, owner, upload.size)
         try:
             found = services.parser.read(path)
@@ -61,13 +61,16 @@ def _stored(services: Services, path: Path, volume_id: str, columns: dict[str, A
     while True:
         try:
             # The row first: as long as it is being written nobody collects the file.
-            with services.engine.begin() as connection:
+            with (
+                services.storage.bringing_volume(path, volume_id) as keep,
+                services.engine.begin() as connection,
+            ):
                 new = not repository.use(connection, volume_id)
                 if new:
                     repository.add(connection, volume_id, columns)
-                services.storage.keep_volume(path, volume_id)
+                keep()
             return new
-        except IntegrityError:  # The same bytes came in twice at once.
+        except (IntegrityError, Collected):  # The same bytes came in twice at once, or went as they came.
             continue
 
 

@@ -30,13 +30,15 @@ class Slices:
         if key not in self._kept:
             async with self._reading:
                 if key not in self._kept:
-                    path = self._storage.volume_file(volume_id)
                     self._kept[key] = await to_thread.run_sync(
-                        self._parser.sample, path, position, limiter=self._parser.turns
+                        self._sample, volume_id, position, limiter=self._parser.turns
                     )
                     self._drop()
         self._kept.move_to_end(key)
         return self._kept[key]
+
+    def _sample(self, volume_id: str, position: int) -> Samples:
+        return self._parser.sample(self._storage.volume_file(volume_id), position)
 
     def _drop(self) -> None:
         while len(self._kept) > 1 and sum(len(each.values) for each in self._kept.values()) > ROOM:

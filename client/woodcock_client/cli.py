@@ -25,6 +25,9 @@ EXTRAS = {
     "serve": "server,pocl",
     "token": "server",
     "backup": "server",
+    "certificates": "server",
+    "scheduler": "server",
+    "worker": "server,pocl",
 }
 
 HELP = """Render participating media: clouds, smoke, fire, fog, tissue, milk.

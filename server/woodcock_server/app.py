@@ -8,6 +8,7 @@ from typing import Any
 
 import structlog
 from anyio import to_thread
+from distributed import Security
 from fastapi import Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import PlainTextResponse
 from prometheus_client.exposition import choose_encoder
@@ -15,12 +16,13 @@ from sqlalchemy import Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from woodcock import __version__
-from woodcock_server import cluster, preparation, problems
+from woodcock_server import certificate, preparation, problems
 from woodcock_server.access import endpoints as sessions
 from woodcock_server.access import guard
 from woodcock_server.access.origin import LOOPBACK, SameOrigin
 from woodcock_server.access.rate import RateLimit
 from woodcock_server.batches import endpoints as batches
+from woodcock_server.cluster import Cluster, embedded
 from woodcock_server.comparisons import endpoints as comparisons
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
@@ -31,6 +33,7 @@ from woodcock_server.differences import endpoints as differences
 from woodcock_server.differences.service import Differences
 from woodcock_server.dispatcher import Dispatcher
 from woodcock_server.events import Changes
+from woodcock_server.farm import remote
 from woodcock_server.gallery import endpoints as gallery
 from woodcock_server.gallery import examples
 from woodcock_server.jobs import endpoints as jobs
@@ -59,13 +62,15 @@ def create_app(settings: Settings) -> FastAPI:
     """The service as an ASGI application; devices, cluster and dispatcher start and stop with its lifespan.
 
     Raises OSError for a data folder, and sqlalchemy.exc.SQLAlchemyError for a database, that cannot be used; Exposed
-    where other machines could reach a service that asks nobody who they are.
+    where other machines could reach a service that asks nobody who they are; CertificateError where there is none to
+    join a farm with.
     """
     storage = Storage(settings.data)
     engine = open_database(settings.database)
     if not settings.insecure:
         guard.protect(engine, settings.host)
     _remove_orphans(engine, storage)
+    secure = certificate.of(settings.certificates) if settings.scheduler else None
     changes, metrics = Changes(), Metrics()
     parser = Parser(settings.parse_memory, settings.parse_seconds)
     rule = Rule(settings.keep_days, settings.keep_size)
@@ -73,12 +78,11 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        found = await to_thread.run_sync(discover)
-        able = [device for device in found if device.ready]
-        async with cluster.embedded([device.id for device in able], storage.scratch, settings.worker_memory) as client:
-            checks = Checks(engine, client, found)
-            dispatcher = Dispatcher(engine, storage, changes, client, able, checks, settings, metrics)
-            preparing = preparation.running(client, [one.device for one in able if settings.prepare])
+        async with _cluster(settings, secure, storage) as cluster:
+            checks = Checks(engine, cluster)
+            dispatcher = Dispatcher(engine, storage, changes, cluster, checks, settings, metrics)
+            own = [one.device for one in cluster.ready.values() if settings.prepare and not one.host]
+            preparing = preparation.running(cluster, own)
             sweeping, watched = sweeper.running(engine, storage, rule), watching.running(engine, changes)
             deliveries = Deliveries(engine, settings.webhook_networks)
             async with checks.running(), dispatcher.running(), deliveries.running(), preparing, sweeping, watched:
@@ -86,8 +90,7 @@ def create_app(settings: Settings) -> FastAPI:
                     engine,
                     storage,
                     changes,
-                    client,
-                    found,
+                    cluster,
                     checks,
                     dispatcher,
                     metrics,
@@ -130,6 +133,19 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(CountRequests, metrics=metrics)
     app.add_middleware(SameOrigin, names=_names(settings))
     return app
+
+
+@asynccontextmanager
+async def _cluster(settings: Settings, secure: Security | None, storage: Storage) -> AsyncIterator[Cluster]:
+    """Of this machine's devices, or those of a farm."""
+    if settings.scheduler is not None and secure is not None:
+        async with remote.joined(settings.scheduler, secure, settings.files_port, storage.volume_file) as farm:
+            yield farm
+        return
+    found = await to_thread.run_sync(discover)
+    able = [device.id for device in found if device.ready]
+    async with embedded(able, storage.scratch, settings.worker_memory) as client:
+        yield Cluster(client, found, lambda file: str(storage.volume_file(file)))
 
 
 def _names(settings: Settings) -> set[str]:

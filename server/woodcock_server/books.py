@@ -41,6 +41,7 @@ class Books:
         before = self.usage.get(device)
         self.usage[device] = {
             **facts,
+            "id": device,
             "samples": before["samples"] if before else 0,
             "programs": before["programs"] if before else {},
             "render_seconds": before["render_seconds"] if before else 0.0,

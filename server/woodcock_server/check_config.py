@@ -10,6 +10,7 @@ from pathlib import Path
 from sqlalchemy import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
+from woodcock_server import certificate
 from woodcock_server.access import tokens
 from woodcock_server.access.guard import Exposed, is_loopback
 from woodcock_server.config import Settings
@@ -26,12 +27,23 @@ def check(settings: Settings) -> Iterator[str]:
     """Sentences, those that are a Fault among them, as they are found."""
     yield _folder(settings.data)
     yield from _database(settings)
+    if settings.scheduler is not None:
+        yield _certificate(settings)
+        return
     for device in discover():
         if device.ready:
             lanes = ", ".join(map(str, device.probe.lanes))
             yield f"Device {device.id} is ready: {device.device.name}, {device.device.platform}, lanes {lanes}."
         else:
             yield Fault(f"Device {device.id} cannot be used: {device.probe.fault}")
+
+
+def _certificate(settings: Settings) -> str:
+    try:
+        certificate.of(settings.certificates)
+    except certificate.CertificateError as error:
+        return Fault(str(error))
+    return f"Devices are those of the workers that the scheduler at {settings.scheduler} has."
 
 
 def _folder(folder: Path) -> str:

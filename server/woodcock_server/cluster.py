@@ -1,4 +1,4 @@
-"""The Dask cluster that renders: embedded, a supervised worker process for each device."""
+"""The Dask cluster that renders: a supervised worker process for each device, embedded or on other machines."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from distributed import Client, Nanny, Scheduler, SpecCluster
 from distributed.client import FutureCancelledError
 
 from woodcock_server import certificate, worker
+from woodcock_server.devices.service import Found
 from woodcock_server.steady import keep_time
 
 log = structlog.get_logger()
@@ -28,6 +29,67 @@ RESTART_SECONDS = 30.0
 #: How long a worker may take to come back. Dask's own 15 s are too few where other devices' workers take all cores: it
 #: would end the one that was about to be ready, and begin anew.
 START_SECONDS = 60
+
+#: Each part also opens an HTTP server, wanted or not: on the loopback, on any port, with nothing to serve.
+HTTP: dict[str, Any] = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
+
+#: Of Dask, for every part of a cluster.
+SETTINGS = {
+    "distributed.scheduler.allowed-failures": DEATHS_ALLOWED,
+    # What takes the memory is a scene, of which nothing can be put aside: up to the limit all is well.
+    **{f"distributed.worker.memory.{step}": False for step in ("target", "spill", "pause")},
+    "distributed.worker.memory.terminate": 1.0,
+    "distributed.deploy.lost-worker-timeout": START_SECONDS,
+    # Workers would look at their own stacks a hundred times a second and at their clocks fifty times.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
+
+
+class GivenUpError(RuntimeError):
+    """The cluster forgot what it was asked for."""
+
+
+class DeviceGoneError(RuntimeError):
+    """A device left the cluster; whatever it was sent to do comes to nothing. Never raised by an embedded cluster."""
+
+
+class Cluster:
+    """The devices of a service and their worker processes, which may come and go.
+
+    devices: those that there are now; remote: more may come.
+    """
+
+    remote = False
+
+    def __init__(self, client: Client, devices: Sequence[Found], locate: Callable[[str], str]) -> None:
+        """locate: where a worker finds an uploaded file."""
+        self._client, self.devices, self.locate = client, devices, locate
+
+    @property
+    def ready(self) -> dict[str, Found]:
+        """Devices that can be used, by id."""
+        return {device.id: device for device in self.devices if device.ready}
+
+    @property
+    def fault(self) -> str | None:
+        """Why there is no device to render on; None if there is one."""
+        return None if self.ready else "No OpenCL device is ready; /api/v1/devices says why."
+
+    async def changed(self) -> None:
+        """Returns when devices have come or gone since the call."""
+        await asyncio.Event().wait()
+
+    async def ask(self, device_id: str, key: str, function: Callable[..., Any], *args: Any) -> Any:
+        """Run a function on a device's worker; key: a new one. Raises KilledWorker, DeviceGoneError, and what the
+        function raises."""
+        return await ask(self._client, device_id, key, function, *args)
+
+    async def restart(self, device_id: str) -> None:
+        """Kill the process of a device's worker, whatever it is doing; a new one takes its place."""
+        await restart(self._client, device_id)
 
 
 def resource(device_id: str) -> dict[str, int]:
@@ -45,7 +107,7 @@ async def ask(client: Client, device_id: str, key: str, function: Callable[..., 
     try:
         return await asyncio.shield(outcome)
     except FutureCancelledError as error:
-        raise RuntimeError(f"the cluster gave up {function.__name__} on {device_id}: {error.reason}") from None
+        raise GivenUpError(f"the cluster gave up {function.__name__} on {device_id}: {error.reason}") from None
     finally:
         future.release()  # type: ignore[no-untyped-call]
 
@@ -60,6 +122,17 @@ async def restart(client: Client, device_id: str) -> None:
     await client.restart_workers(workers, timeout=RESTART_SECONDS, raise_for_error=False)
 
 
+def worker_options(scratch: Path, memory: int) -> dict[str, Any]:
+    """Of a nanny. memory: bytes; a worker that takes more is killed."""
+    return {
+        "nthreads": 1,
+        "preload": [worker.__name__],
+        "memory_limit": memory,
+        "local_directory": str(scratch),
+        "silence_logs": logging.WARNING,
+    }
+
+
 @asynccontextmanager
 async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> AsyncIterator[Client]:
     """A client of a cluster inside this process, its workers in processes of their own; a nanny restarts a dead one.
@@ -67,36 +140,15 @@ async def embedded(device_ids: Sequence[str], scratch: Path, memory: int) -> Asy
     memory: bytes; a worker that takes more is killed.
     """
     keep_time()
-    # Each part also opens an HTTP server, wanted or not: on the loopback, on any port, with nothing to serve.
-    http = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     # Whoever can speak to a scheduler or a worker runs code in it. Only who has this start's certificate can, which
     # is made here and is nowhere but in these processes' memory.
     secure = certificate.security()
-    local: dict[str, Any] = {"host": "127.0.0.1", "protocol": "tls://", "security": secure, **http}
-    options = {
-        **local,
-        "nthreads": 1,
-        "preload": [worker.__name__],
-        "memory_limit": memory,
-        "local_directory": str(scratch),
-        "silence_logs": logging.WARNING,
-    }
+    local: dict[str, Any] = {"host": "127.0.0.1", "protocol": "tls://", "security": secure, **HTTP}
+    options = {**local, **worker_options(scratch, memory)}
     workers = {
         device_id: {"cls": Nanny, "options": {**options, "resources": resource(device_id)}} for device_id in device_ids
     }
-    settings = {
-        "distributed.scheduler.allowed-failures": DEATHS_ALLOWED,
-        # What takes the memory is a scene, of which nothing can be put aside: up to the limit all is well.
-        **{f"distributed.worker.memory.{step}": False for step in ("target", "spill", "pause")},
-        "distributed.worker.memory.terminate": 1.0,
-        "distributed.deploy.lost-worker-timeout": START_SECONDS,
-        # Workers would look at their own stacks a hundred times a second and at their clocks fifty times.
-        "distributed.worker.profile.enabled": False,
-        "distributed.admin.tick.interval": "1s",
-        "distributed.scheduler.http.routes": [],
-        "distributed.worker.http.routes": [],
-    }
-    with dask.config.set(settings):
+    with dask.config.set(SETTINGS):
         async with (
             SpecCluster(  # type: ignore[no-untyped-call]
                 scheduler={"cls": Scheduler, "options": local},

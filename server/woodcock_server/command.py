@@ -15,6 +15,7 @@ import uvicorn
 from woodcock_server import logs
 from woodcock_server.access.guard import Exposed
 from woodcock_server.app import create_app
+from woodcock_server.certificate import CertificateError
 from woodcock_server.check_config import Fault
 from woodcock_server.check_config import check as check_config_of
 from woodcock_server.config import Settings
@@ -54,6 +55,14 @@ def serve(
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Ask nobody for a token, also where other machines reach the service.")
     ] = False,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Render on the workers of the scheduler at tls://HOST:PORT.", show_default="on this machine"),
+    ] = None,
+    certificates: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the farm's ca.crt, tls.crt and tls.key.", show_default="WOODCOCK_CERTIFICATES"),
+    ] = None,
     check_config: Annotated[
         bool, typer.Option("--check-config", help="Say whether the service would start, and with what; change nothing.")
     ] = False,
@@ -62,7 +71,9 @@ def serve(
 
     Everything else is set by environment variables: WOODCOCK_DATABASE_URL, WOODCOCK_UPLOAD_LIMIT and so on.
     """
-    settings = settings_of(host=host, port=port, data=data, insecure=insecure or None)
+    settings = settings_of(
+        host=host, port=port, data=data, insecure=insecure or None, scheduler=scheduler, certificates=certificates
+    )
     try:
         listening = _listen(settings.host, settings.port)
     except OSError as error:
@@ -78,7 +89,7 @@ def serve(
         try:
             with usable(settings):
                 app = create_app(settings)
-        except Exposed as error:
+        except (Exposed, CertificateError) as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(2) from None
         logs.configure(settings.log_format)

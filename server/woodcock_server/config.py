@@ -11,6 +11,8 @@ from platformdirs import user_data_path
 from pydantic import BeforeValidator, ByteSize, Field
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from woodcock.device import cache_folder
+
 
 def _networks(given: Any) -> Any:
     return [ip_network(one.strip()) for one in given.split(",") if one.strip()] if isinstance(given, str) else given
@@ -71,6 +73,25 @@ class Settings(BaseSettings):
         default=1800.0,
         description="Longest that a device may take for one range of samples, or to build a program, before it is "
         "killed; ranges are made to take about one second.",
+    )
+    scheduler: Annotated[str, Field(pattern=r"^tls://[^\s/]+:\d+$")] | None = Field(
+        default=None, description="Address of a farm's scheduler, `tls://HOST:PORT`; by default this machine renders."
+    )
+    certificates: Path | None = Field(
+        default=None,
+        description="Folder of ca.crt, tls.crt and tls.key, by which the machines of a farm know each other.",
+    )
+    worker_name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,47}$")] | None = Field(
+        default=None, description="Of a worker's machine, and of no other in the farm; by default the host's name."
+    )
+    files_port: Annotated[int, Field(ge=0, le=65535)] = Field(
+        default=0, description="Port at which the workers of a farm fetch uploaded files; 0 takes any."
+    )
+    cache: Path = Field(
+        default_factory=lambda: cache_folder() / "files", description="Where a worker of a farm keeps uploaded files."
+    )
+    cache_size: Annotated[ByteSize, Field(gt=0)] = Field(
+        default=ByteSize(32 << 30), description="Most that these files may take, e.g. `500GiB`."
     )
     worker_memory: ByteSize = Field(
         default=ByteSize(MEMORY_LIMIT * 9 // 10),

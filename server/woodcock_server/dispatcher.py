@@ -8,9 +8,9 @@ import socket
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime, timedelta
+from functools import partial
 
 import structlog
-from distributed import Client
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -20,10 +20,10 @@ from woodcock.formats import VolumeError
 from woodcock.image import ImageError
 from woodcock.scene import SceneError
 from woodcock_server.claim import Claim, LeaseLost
+from woodcock_server.cluster import Cluster
 from woodcock_server.config import Settings
 from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.choice import ANY, leaves_a_choice, meant
-from woodcock_server.devices.service import Found
 from woodcock_server.errands import DeviceLostError, RenderError
 from woodcock_server.events import Changes, wait
 from woodcock_server.jobs import repository
@@ -46,14 +46,13 @@ class Dispatcher:
         engine: Engine,
         storage: Storage,
         changes: Changes,
-        client: Client,
-        devices: Sequence[Found],
+        cluster: Cluster,
         checks: Checks,
         settings: Settings,
         metrics: Metrics,
     ) -> None:
         self._engine, self._storage, self._changes = engine, storage, changes
-        self._client, self._devices, self._checks = client, {device.id: device for device in devices}, checks
+        self._cluster, self._checks = cluster, checks
         self._lease, self._settings, self._metrics = timedelta(seconds=settings.lease_seconds), settings, metrics
         self._holder = f"{socket.gethostname()}:{os.getpid()}"
         self._work, self._look = asyncio.Event(), asyncio.Event()
@@ -63,7 +62,9 @@ class Dispatcher:
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Render in the background; at the end, put a job that is not finished back into the queue."""
-        if not self._devices:  # What is asked for waits in the queue, for a server that can render.
+        if not (
+            self._cluster.ready or self._cluster.remote
+        ):  # What is asked for waits in the queue, for a server that can render.
             yield
             return
         self._begin()
@@ -97,7 +98,7 @@ class Dispatcher:
         """Why nothing is rendered, jobs that ask for a device perhaps excepted; None if something is."""
         if self._stopped:
             return self._stopped
-        if self._checks.distrusted(connection).issuperset(self._devices):
+        if self._checks.distrusted(connection).issuperset(self._cluster.ready):
             return (
                 "Every device that is ready failed its stability check, and renders only jobs that ask for it by "
                 "its id; /api/v1/devices says what failed."
@@ -108,7 +109,7 @@ class Dispatcher:
         """Why a job that asks for this device, or for any, would not be rendered even if it were the only one."""
         if fault := self._stopped if asked != ANY else self.fault(connection):
             return fault
-        able = {device.id for device in meant(asked, self._devices.values())}
+        able = {device.id for device in meant(asked, self._cluster.ready.values())}
         if leaves_a_choice(asked):
             able -= self._checks.distrusted(connection)
         if not able:
@@ -119,8 +120,8 @@ class Dispatcher:
 
     @property
     def _stopped(self) -> str | None:
-        if not self._devices:
-            return "No OpenCL device is ready; /api/v1/devices says why."
+        if fault := self._cluster.fault:
+            return fault
         if self._task is None or self._task.done():
             return "The dispatcher has stopped; the server's log says why."
         return None
@@ -151,7 +152,15 @@ class Dispatcher:
             self._checks.occupy(devices)
             claim = Claim(self._engine, self._storage, self._changes, row)
             self.at_work = dict.fromkeys(devices, claim.id)
-            job = Rendering(claim, self._storage, self._client, devices, self._metrics, self._settings)
+            job = Rendering(
+                claim,
+                self._storage,
+                self._cluster,
+                devices,
+                partial(self._recruit, row["device"]),
+                self._metrics,
+                self._settings,
+            )
             with structlog.contextvars.bound_contextvars(job=claim.id):
                 try:
                     await self._attempt(job)
@@ -170,19 +179,36 @@ class Dispatcher:
         trusted or not."""
         now = datetime.now(UTC)
         self._cancel_abandoned(now)
+        ready = {id: device for id, device in self._cluster.ready.items() if id in free}
         with self._engine.connect() as connection:
             distrusted = self._checks.distrusted(connection)
-            trusted = [device for device in free if device not in distrusted]
-            asks = {ask for device in trusted for ask in (ANY, self._devices[device].device.kind)}
-            job_id = repository.next_claimable(connection, now, {*free, *asks})
+            trusted = {id: device for id, device in ready.items() if id not in distrusted}
+            asks = {ask for device in trusted.values() for ask in (ANY, device.device.kind)}
+            job_id = repository.next_claimable(connection, now, {*ready, *asks})
         if job_id is None:
             return None
         with self._engine.begin() as connection:
             row = repository.claim(connection, job_id, self._holder, now, self._lease)
         if row is None:
             return None
-        able = trusted if leaves_a_choice(row["device"]) else free
-        return row, [device.id for device in meant(row["device"], (self._devices[each] for each in able))]
+        able = trusted if leaves_a_choice(row["device"]) else ready
+        return row, [device.id for device in meant(row["device"], able.values())]
+
+    async def _recruit(self, asked: str) -> list[str]:
+        """The devices that a job which asks for this one may have by now; it has them from then on. Those that it had
+        stay, whatever came to be known of them."""
+
+        def distrusted() -> set[str]:
+            with self._engine.connect() as connection:
+                return self._checks.distrusted(connection)
+
+        shut = await in_thread(distrusted) - self.at_work.keys() if leaves_a_choice(asked) else set()
+        free = self._checks.free
+        there = [device for id, device in self._cluster.ready.items() if id in free and id not in shut]
+        able = [device.id for device in meant(asked, there)]
+        self.at_work |= dict.fromkeys(able, next(iter(self.at_work.values())))
+        self._checks.occupy(self.at_work)
+        return able
 
     def _cancel_abandoned(self, now: datetime) -> None:
         with self._engine.connect() as connection:

@@ -7,10 +7,9 @@ import itertools
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from distributed import Client
 from distributed.scheduler import KilledWorker
 
-from woodcock_server.cluster import ask, restart
+from woodcock_server.cluster import Cluster
 from woodcock_server.config import Settings
 
 T = TypeVar("T")
@@ -38,19 +37,20 @@ class Errands:
 
     scene: str
 
-    def __init__(self, client: Client, name: str, settings: Settings) -> None:
+    def __init__(self, cluster: Cluster, name: str, settings: Settings) -> None:
         """name: of no other job and attempt."""
-        self._client, self._settings = client, settings
+        self._cluster, self._settings = cluster, settings
         self._keys = (f"{name}-{number}" for number in itertools.count())
 
     def send(self, device: str, what: str, function: Callable[..., Any], *args: Any) -> asyncio.Task[Any]:
-        """Let a device run a function, after all that it was sent to do before. The task raises DeviceLostError."""
+        """Let a device run a function, after all that it was sent to do before. The task raises DeviceLostError,
+        DeviceGoneError."""
         return asyncio.create_task(self._run(device, what, function, *args), name=what)
 
     async def _run(self, device: str, what: str, function: Callable[..., Any], *args: Any) -> Any:
         """Dask runs it again when its worker dies, so many times."""
         try:
-            return await ask(self._client, device, next(self._keys), function, self.scene, device, *args)
+            return await self._cluster.ask(device, next(self._keys), function, self.scene, device, *args)
         except KilledWorker as error:
             deaths = error.allowed_failures + 1
             memory = f"It is killed when it takes more than {self._settings.worker_memory >> 20} MiB."
@@ -74,4 +74,4 @@ class Errands:
         # What is not wanted any more is told to the scheduler some milliseconds later. What it still knew of would be
         # sent to the new process at once, and hang there.
         await asyncio.sleep(RELEASED_SECONDS)
-        await restart(self._client, device)
+        await self._cluster.restart(device)

@@ -7,12 +7,11 @@ from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 
 import structlog
-from distributed import Client
 
 from woodcock.device import Device
 from woodcock.start import Build
 from woodcock_server import worker
-from woodcock_server.cluster import ask
+from woodcock_server.cluster import Cluster
 from woodcock_server.identifiers import new_id
 
 log = structlog.get_logger()
@@ -22,12 +21,12 @@ LOOK_EVERY = 0.5
 
 
 @asynccontextmanager
-async def running(client: Client, devices: Sequence[Device]) -> AsyncIterator[None]:
+async def running(cluster: Cluster, devices: Sequence[Device]) -> AsyncIterator[None]:
     """Prepare devices in the background, those of the same make one after the other; at the end what is under way is
     given up.
     """
-    tasks = [asyncio.create_task(_load(client, device)) for device in devices]
-    tasks.append(asyncio.create_task(_build(devices)))
+    tasks = [asyncio.create_task(_load(cluster, device)) for device in devices]
+    tasks.append(asyncio.create_task(build(devices)))
     try:
         yield
     finally:
@@ -36,14 +35,14 @@ async def running(client: Client, devices: Sequence[Device]) -> AsyncIterator[No
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _load(client: Client, device: Device) -> None:
+async def _load(cluster: Cluster, device: Device) -> None:
     try:
-        await ask(client, device.id, f"load-{new_id()}", worker.load, device.id)
+        await cluster.ask(device.id, f"load-{new_id()}", worker.load, device.id)
     except Exception as error:  # A job will find out, and say so to the one who asked for it.
         log.warning("driver not loaded", device=device.id, reason=str(error))
 
 
-async def _build(devices: Sequence[Device]) -> None:
+async def build(devices: Sequence[Device]) -> None:
     """One at a time, on one core: the second of a make finds the first one's program."""
     for device in devices:
         build = Build(device, None)

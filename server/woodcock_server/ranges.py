@@ -13,11 +13,15 @@ LEAST_SECONDS = 0.1
 
 
 class Pool:
-    """The pieces of a round that nobody renders yet. Every sample is handed out once."""
+    """The pieces of a round that nobody renders yet. Every sample is handed out once, or again when it was put back."""
 
     def __init__(self, pieces: Iterable[Piece], pixels: int) -> None:
         """pixels: of the whole picture, which pieces without a list of pixels are of."""
         self._free, self._whole = list(pieces), pixels
+
+    def put_back(self, pieces: Iterable[Piece]) -> None:
+        """Pieces that nobody will render after all."""
+        self._free[:0] = pieces
 
     @property
     def left(self) -> int:

@@ -12,7 +12,6 @@ from functools import partial
 from typing import Any, TypeAlias, TypeVar
 
 import structlog
-from distributed import Client
 from pydantic import ValidationError
 
 from woodcock import series
@@ -26,6 +25,7 @@ from woodcock.scene import Scene, SceneError, explain, with_files
 from woodcock_server import results, worker
 from woodcock_server.books import Books
 from woodcock_server.claim import Claim
+from woodcock_server.cluster import DEATHS_ALLOWED, Cluster, DeviceGoneError
 from woodcock_server.config import Settings
 from woodcock_server.errands import DeviceLostError, Errands
 from woodcock_server.jobs import reference
@@ -44,6 +44,11 @@ WRITE_AGAIN_SECONDS = 2.0  # after the disk did not take what the job cannot do 
 #: What a disk that is full, read-only or at fault makes of writing.
 UNWRITTEN = (OSError, WriteError)
 
+#: Before a device that is gone is looked for again.
+AGAIN_SECONDS = 1.0
+
+#: The devices that a job may have as of now.
+Recruit: TypeAlias = Callable[[], Awaitable[Sequence[str]]]
 #: As `worker.render_range` returns it.
 Rendered: TypeAlias = tuple[Film, float, str]
 T = TypeVar("T")
@@ -56,18 +61,22 @@ class Rendering:
         self,
         claim: Claim,
         storage: Storage,
-        client: Client,
+        cluster: Cluster,
         devices: Sequence[str],
+        recruit: Recruit,
         metrics: Metrics,
         settings: Settings,
     ) -> None:
-        self.claim, row, self.devices = claim, claim.row, devices
+        self.claim, row, self.devices = claim, claim.row, list(devices)
+        self._cluster, self._recruit = cluster, recruit
         self._storage, self._metrics = storage, metrics
-        self._errands = Errands(client, f"{claim.id}-{claim.token}", settings)
+        self._errands = Errands(cluster, f"{claim.id}-{claim.token}", settings)
         self._film: Film | None = None
         self._reference: Reference | None = None
         self._books = Books(row)
         self._faults: list[DeviceError] = []
+        self._left: dict[str, int] = {}  # device -> how often it was gone since it rendered something
+        self._timed_out = False
         self._merging = asyncio.Lock()
         self._claimed_at = time.monotonic()
         self._turn = asyncio.Event()  # the next round has begun
@@ -97,15 +106,13 @@ class Rendering:
         log.info("job claimed", token=self.claim.token, samples_kept=kept)
         self._rounds = await in_thread(Rounds, self._scene, self.devices, self._film)
         try:
-            async with asyncio.TaskGroup() as group:
-                for device in self.devices:
-                    group.create_task(self._drive(device))
+            await self._drive_all()
         except ExceptionGroup as errors:
             first = errors.exceptions[0]
             if isinstance(first, DeviceLostError) and first.hangs:
                 await self._errands.kill(first.device)
             raise first from None
-        if self._film is None or (len(self._faults) == len(self.devices) and not self._rounds.over):
+        if self._film is None or not (self._rounds.over or self._timed_out):
             raise self._faults[0]
         await self._finish(self._film)
         log.info("job succeeded", samples=self.samples, samples_rendered=self.samples - kept)
@@ -115,7 +122,7 @@ class Rendering:
             self._scene = Scene.model_validate(self.claim.row["scene"])
         except ValidationError as error:  # Committed by another version of this program.
             raise SceneError(explain(error.errors(include_url=False))) from None
-        local = with_files(self._scene, lambda file: str(self._storage.volume_file(file)))
+        local = with_files(self._scene, self._cluster.locate)
         self._errands.scene = local.model_dump_json()
 
     async def _resume(self) -> None:
@@ -128,10 +135,52 @@ class Rendering:
 
     # Handing out and merging
 
-    async def _drive(self, device: str) -> None:
-        """Keep one piece running and one waiting on a device, until there is no more to do."""
-        if not await self._prepare(device):
-            return
+    async def _drive_all(self) -> None:
+        """Drive the devices that are there, and those that come, or come back, until the contract is met or none can
+        render the scene."""
+        drives: dict[str, asyncio.Task[bool]] = {}
+        ended, away = set[str](), set[str]()
+        present: Sequence[str] = self.devices
+        async with asyncio.TaskGroup() as group:
+            changed = group.create_task(self._cluster.changed())
+            while True:
+                for device in set(present) - drives.keys() - ended:
+                    away.discard(device)
+                    self._rounds.join(device)
+                    drives[device] = group.create_task(self._drive(device))
+                finished = self._rounds.over or (self._timed_out and self._film is not None)
+                if not drives and (finished or not away):
+                    break
+                await asyncio.wait({changed, *drives.values()}, return_when=asyncio.FIRST_COMPLETED)
+                for device, drive in list(drives.items()):
+                    if drive.done():
+                        del drives[device]
+                        (ended if drive.result() else away).add(device)
+                if changed.done():
+                    changed = group.create_task(self._cluster.changed())
+                    present = await self._recruit()
+                    self.devices += [device for device in present if device not in self.devices]
+            changed.cancel()
+
+    async def _drive(self, device: str) -> bool:
+        """Render on a device until there is no more for it to do; False where it left, and may come back."""
+        try:
+            if await self._prepare(device):
+                await self._feed(device)
+        except DeviceGoneError as error:
+            log.warning("device left the job", device=device, reason=str(error))
+            self._rounds.leave(device)
+            self._begin_turn()  # for those who wait for the pieces that it had
+            self._left[device] = self._left.get(device, 0) + 1
+            if self._left[device] > DEATHS_ALLOWED:
+                self._faults.append(DeviceError(f"{device} was gone {self._left[device]} times before it rendered."))
+                return True
+            await asyncio.sleep(AGAIN_SECONDS)
+            return False
+        return True
+
+    async def _feed(self, device: str) -> None:
+        """Keep one piece running and one waiting on a device. Raises DeviceGoneError."""
         pieces: deque[asyncio.Task[Rendered]] = deque()
         try:
             while not self._rounds.over:
@@ -140,9 +189,11 @@ class Rendering:
                     film, seconds, program = await self._errands.in_time(device, pieces[0])
                     pieces.popleft()
                     self._rounds.rendered(device, seconds)
+                    self._left.pop(device, None)
                     self._hand_out(device, pieces)
                     await self._merge(device, film, seconds, program)
                 elif self._rounds.timed_out:
+                    self._timed_out = True
                     return
                 else:  # Others render the last pieces of the round.
                     await self._turn.wait()
@@ -186,8 +237,12 @@ class Rendering:
                 await self._record(self._film)
             if self._rounds.merged():
                 await in_thread(self._rounds.begin, self._film)
-                self._turn.set()
-                self._turn = asyncio.Event()
+                self._begin_turn()
+
+    def _begin_turn(self) -> None:
+        """There may be pieces for those who have none."""
+        self._turn.set()
+        self._turn = asyncio.Event()
 
     def _checked(self, film: Film) -> Film:
         """The first: its channels are known now, and with them whether it can be held against the reference."""
@@ -285,7 +340,7 @@ class Rendering:
             return use
         try:
             facts, evidence = await self._errands.send(device, "checking the program", worker.certify)
-            return {**use, **facts, "evidence": evidence}
+            return {**use, **facts, "id": device, "evidence": evidence}
         except Exception as error:
             log.warning("no evidence for the certificate", device=device, reason=repr(error))
             return use

@@ -26,7 +26,7 @@ class Rounds:
         self._paces = {device: Pace() for device in devices}
         self._with: dict[str, list[Piece]] = {device: [] for device in devices}
         self._unmerged = 0
-        self._begun = film is not None
+        self._begun = self._kept = film is not None
         self.begin(film)
 
     def begin(self, film: Film | None) -> None:
@@ -34,6 +34,18 @@ class Rounds:
         pieces = next_round(self._stop, film)
         self._pool = Pool(pieces, self._pixels)
         self.over = not pieces
+
+    def join(self, device: str) -> None:
+        """A device that came later, or came back."""
+        self._paces[device], self._with[device] = Pace(), []
+
+    def leave(self, device: str) -> None:
+        """A device is gone: others render the pieces that it has."""
+        pieces = self._with.pop(device)
+        del self._paces[device]
+        self._unmerged -= len(pieces)
+        self._pool.put_back(pieces)
+        self._begun = self._kept or self._unmerged > 0
 
     def take(self, device: str, seconds: float) -> Piece | None:
         """The device's next piece; None for none now. seconds: rendering time so far."""
@@ -66,6 +78,7 @@ class Rounds:
     def merged(self) -> bool:
         """Another piece is in the film. Has the round ended?"""
         self._unmerged -= 1
+        self._kept = True
         return not (self._unmerged or self._pool.left)
 
     @property

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from distributed import Client
 from fastapi import Depends, Request
 from sqlalchemy import Engine
 
+from woodcock_server.cluster import Cluster
 from woodcock_server.devices.checks import Checks
 from woodcock_server.devices.service import Found
 from woodcock_server.differences.service import Differences
@@ -28,8 +29,7 @@ class Services:
     engine: Engine
     storage: Storage
     changes: Changes
-    client: Client
-    devices: list[Found]
+    cluster: Cluster
     checks: Checks
     dispatcher: Dispatcher
     metrics: Metrics
@@ -40,6 +40,11 @@ class Services:
     retention: Rule
     pictures: Pictures
     insecure: bool  # nobody is asked for a token
+
+    @property
+    def devices(self) -> Sequence[Found]:
+        """Those that there are now."""
+        return self.cluster.devices
 
 
 def _provide(request: Request) -> Services:

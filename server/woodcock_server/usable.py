@@ -27,7 +27,7 @@ def settings_of(**given: Any) -> Settings:
     except ValidationError as error:
         for one in error.errors():
             name = str(one["loc"][0])
-            option = f" (or --{name})" if name in given else ""
+            option = f" (or --{name.removeprefix('worker_')})" if name in given else ""
             typer.echo(f"WOODCOCK_{name.upper()}{option}: {one['msg']}", err=True)
         raise typer.Exit(2) from None
 

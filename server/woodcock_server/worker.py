@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import logging
+import os
 import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, wraps
+from functools import cache, lru_cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+from distributed import get_worker
 from numpy.typing import NDArray
 
 from woodcock import device as opencl
 from woodcock import stability
-from woodcock.device import DeviceError
+from woodcock.device import Device, DeviceError
 from woodcock.evidence import Evidence, gather
 from woodcock.film import Film
 from woodcock.formats import VolumeError
@@ -28,17 +31,26 @@ from woodcock.predict import Memory, Prediction, memory, predict
 from woodcock.probe import best_lanes, probe
 from woodcock.render import Renderer, program_of, read_file
 from woodcock.report import Facts
-from woodcock.scene import SceneError, parse
+from woodcock.scene import Scene, SceneError, parse, with_files
 from woodcock.start import Start
+from woodcock_server.config import Settings
+from woodcock_server.farm.cache import Cache, Held, NoRoomError
+from woodcock_server.farm.files import Peer
 from woodcock_server.steady import keep_time
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def dask_setup(_worker: object) -> None:
+#: Variable of a worker host: what its scheduler is told of the host's devices, JSON.
+FOUND = "WOODCOCK_FOUND"
+
+
+def dask_setup(worker: Any) -> None:
     """Run by Dask in a worker's process, before it takes work."""
     keep_time()
+    if found := os.environ.get(FOUND):
+        worker.startup_information["woodcock"] = lambda _: json.loads(found)
     # Ctrl-C reaches every process of a terminal, but it is the service that stops its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # What goes wrong comes back as an exception; what Dask says here is of connections that close when all is closed.
@@ -46,10 +58,62 @@ def dask_setup(_worker: object) -> None:
         logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
+def _find(device_id: str) -> Device:
+    """A device of this machine, by the id that it may have among others: `gpu0@node7`. Raises DeviceError."""
+    return opencl.find(device_id.partition("@")[0])
+
+
+@cache
+def _cache() -> Cache:
+    settings = Settings()
+    return Cache(settings.cache, settings.cache_size)
+
+
+@dataclass(frozen=True)
+class _Described:
+    """A scene whose files are here, for as long as this object is."""
+
+    scene: Scene
+    held: tuple[Held, ...]
+
+
+def _described(scene: str) -> _Described:
+    """Fetches the files that lie at a service, `tls://HOST:PORT/sha256:…`. Raises SceneError, VolumeError or
+    DeviceError."""
+    held = []
+
+    def here(file: str) -> str:
+        if not file.startswith("tls://"):
+            return file
+        address, _, file_id = file.rpartition("/")
+        try:
+            held.append(_cache().fetch(file_id, Peer(address, get_worker().security)))
+        except OSError as error:
+            raise DeviceError(f"{file_id} was not fetched: {error}") from None
+        return str(held[-1].path)
+
+    return _Described(with_files(parse(scene), here), tuple(held))
+
+
+@dataclass(frozen=True)
+class _Ready:
+    start: Start
+    described: _Described
+
+
 @lru_cache(maxsize=2)
-def _start(scene: str, device_id: str) -> Start:
+def _ready(scene: str, device_id: str) -> _Ready:
     """The scene made ready; two are kept, so that one job's end and the next one's start do not push each other out."""
-    return Start(parse(scene), opencl.find(device_id))
+    described = _described(scene)
+    return _Ready(Start(described.scene, _find(device_id)), described)
+
+
+def _start(scene: str, device_id: str) -> Start:
+    try:
+        return _ready(scene, device_id).start
+    except NoRoomError:  # Scenes of before may hold files.
+        _ready.cache_clear()
+        return _ready(scene, device_id).start
 
 
 def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
@@ -60,7 +124,7 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
         try:
             return function(*args, **kwargs)
         except (SceneError, VolumeError, ImageError, DeviceError) as error:
-            fault: Exception = type(error)(str(error))
+            fault: Exception = type(error)(_cache().by_id(str(error)))
         except Exception as error:
             fault = RuntimeError(f"{type(error).__name__}: {error}")
         raise fault
@@ -71,7 +135,7 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
 @_faults_alone
 def load(device_id: str) -> None:
     """Load the driver, so that the first job need not. Raises DeviceError."""
-    opencl.find(device_id)
+    _find(device_id)
 
 
 @_faults_alone
@@ -106,14 +170,14 @@ def render_range(
 @_faults_alone
 def check_stability(device_id: str) -> stability.Outcome:
     """Check a device by stiff and extreme scenes, rendered in child processes; takes minutes. Raises DeviceError."""
-    return stability.check(opencl.find(device_id))
+    return stability.check(_find(device_id))
 
 
 @_faults_alone
 def certify(scene: str, device_id: str) -> tuple[Facts, Evidence]:
     """What the device can say for a picture of the scene, by the scene's own program. Raises as `prepare` does."""
     renderer = _start(scene, device_id).settled()
-    return renderer.facts(), gather(renderer, parse(scene))
+    return renderer.facts(), gather(renderer, _ready(scene, device_id).described.scene)
 
 
 @dataclass(frozen=True)
@@ -130,7 +194,8 @@ class Survey:
 def survey(scene: str, device_id: str) -> Survey:
     """Lay a scene out for a device; nothing is built. Raises SceneError, VolumeError or ImageError."""
     began = time.perf_counter()
-    described, device = parse(scene), opencl.find(device_id)
+    held, device = _described(scene), _find(device_id)
+    described = held.scene
     layout = lay_out(described, read_file)
     program, precise = program_of(layout, device, best_lanes(device, probe(device)))
     width, height = described.film.width, described.film.height
@@ -158,6 +223,7 @@ _surveyed: dict[tuple[str, str], Layout] = {}
 def forecast(scene: str, device_id: str) -> tuple[float, Prediction]:
     """Seconds of building a scene's program and of its upload, and the prediction of its rendering. Raises as `prepare`
     does."""
-    described, device = parse(scene), opencl.find(device_id)
+    held, device = _described(scene), _find(device_id)
+    described = held.scene
     renderer = Renderer(described, device, layout=_surveyed.pop((scene, device_id), None))
     return renderer.seconds["build"] + renderer.seconds["upload"], predict(renderer, described)

@@ -157,6 +157,7 @@ class Service:
         self.data = data
         self.program = prelude + PROGRAM
         self.log = data / log
+        self.within: list[str] = []  # the command that runs it elsewhere
         self.process: subprocess.Popen[str] | None = None
         self.environment = {**os.environ, "POCL_DEVICES": "pthread basic", "WOODCOCK_PREPARE": "0", **environment}
 
@@ -167,7 +168,7 @@ class Service:
         program.write_text(self.program)
         with self.log.open("a") as log:
             self.process = subprocess.Popen(
-                [sys.executable, str(program), "--port", "0", "--data", str(self.data)],
+                [*self.within, sys.executable, str(program), "--port", "0", "--data", str(self.data)],
                 stdout=subprocess.PIPE,
                 stderr=log,
                 env=self.environment,

@@ -36,8 +36,8 @@ def test_devices_say_what_they_are(service: Service) -> None:
         assert 1 in device["lanes"]
         assert device["memory"] > 0
         assert set(device) == {
-            "id", "name", "platform", "driver", "kind", "compute_units", "memory", "lanes", "speed", "state", "fault",
-            "stability", "checked_at", "failures", "job", "waiting", "links",
+            "id", "host", "name", "platform", "driver", "kind", "compute_units", "memory", "lanes", "speed", "state",
+            "fault", "stability", "checked_at", "failures", "job", "waiting", "links",
         }  # fmt: skip
 
 

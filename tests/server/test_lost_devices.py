@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from woodcock_server.cluster import ask, embedded
+from woodcock_server.cluster import Cluster, ask, embedded
 from woodcock_server.config import Settings
 from woodcock_server.errands import DeviceLostError, Errands
 
@@ -102,8 +102,9 @@ async def late(scratch: Path) -> list[int]:
     """Process ids of a worker before and after it was sent on an errand that takes too long."""
     hasty, patient = (Settings(data=scratch, range_seconds=seconds) for seconds in (0.5, 50))
     async with embedded(["cpu0"], scratch, 4 << 30) as client:
+        cluster = Cluster(client, [], str)
         before = await ask(client, "cpu0", "first", os.getpid)
-        errands, others = Errands(client, "job", hasty), Errands(client, "other", patient)
+        errands, others = Errands(cluster, "job", hasty), Errands(cluster, "other", patient)
         errands.scene = others.scene = "{}"
         with pytest.raises(DeviceLostError, match=r"cpu0 did not end a long one within 0\.5 s, and its process was"):
             await errands.in_time("cpu0", errands.send("cpu0", "a long one", sleep))

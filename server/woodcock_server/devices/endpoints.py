@@ -37,7 +37,8 @@ Existing = Annotated[Found, Depends(_existing)]
 
 @router.get("")
 def list_devices(services: Provided) -> DeviceList:
-    """The OpenCL devices of this server, as they were when it started, and how their stability checks ended."""
+    """The OpenCL devices of this server, or of the farm's workers as they come and go, and how their stability checks
+    ended."""
     with services.engine.connect() as connection:
         outcomes = repository.newest(connection, [device.fingerprint for device in services.devices])
         asked = jobs.waiting(connection)
@@ -89,7 +90,8 @@ def _shown(found: Found, outcome: RowMapping | None, asked: Mapping[str, int], s
     failures = [row for row in outcome["rows"] if row["verdict"] == "failed"] if outcome else []
     able = [ask for ask in asked if found.ready and meant(ask, [found]) and (passed or not leaves_a_choice(ask))]
     return Device(
-        id=device.id,
+        id=found.id,
+        host=found.host or None,
         name=device.name,
         platform=device.platform,
         driver=device.driver,

@@ -18,8 +18,8 @@ class DeviceLinks(BaseModel):
 
 
 class Device(BaseModel):
-    """An OpenCL device of this server; memory in bytes, lanes = the widths that work; speed: samples of single pixels a
-    second, of the latest range that it rendered.
+    """An OpenCL device of this server, or of a host of the farm; memory in bytes, lanes = the widths that work; speed:
+    samples of single pixels a second, of the latest range that it rendered.
 
     state: `ready`; `distrusted`: its newest stability check failed, so that it renders only jobs that ask for it by its
     id; `failed`: it cannot be used, and fault says why. checked_at, failures: of the newest check that ended, the first
@@ -30,6 +30,7 @@ class Device(BaseModel):
     """
 
     id: str
+    host: str | None
     name: str
     platform: str
     driver: str

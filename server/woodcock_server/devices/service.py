@@ -18,26 +18,31 @@ log = structlog.get_logger()
 
 @dataclass(frozen=True)
 class Found:
-    """A device of this server, as it was when that started.
+    """A device of this server, or of a worker host, as it was when that started.
 
-    fingerprint: of what outcomes of its stability checks depend on, 64 hex digits.
+    fingerprint: of what outcomes of its stability checks depend on, 64 hex digits; host: empty for this server's own.
     """
 
     device: opencl.Device
     probe: Probe
     fingerprint: str
+    host: str = ""
 
     @property
     def id(self) -> str:
-        return self.device.id
+        """Unlike that of any other host's devices: `gpu0@node7`."""
+        return f"{self.device.id}@{self.host}" if self.host else self.device.id
 
     @property
     def ready(self) -> bool:
         return bool(self.probe.lanes)
 
 
-def discover() -> list[Found]:
-    """Every device, checked in child processes, all at once; blocks for seconds the first time on a machine."""
+def discover(host: str = "") -> list[Found]:
+    """Every device, checked in child processes, all at once; blocks for seconds the first time on a machine.
+
+    host: the name of this machine in a farm.
+    """
     try:
         found = opencl.devices()
     except opencl.DeviceError as error:
@@ -45,7 +50,7 @@ def discover() -> list[Found]:
         return []
     with ThreadPoolExecutor(len(found)) as pool:
         probes = list(pool.map(probe, found))
-    devices = [Found(*each) for each in zip(found, probes, fingerprints(found), strict=True)]
+    devices = [Found(*each, host) for each in zip(found, probes, fingerprints(found, host), strict=True)]
     for one in devices:
         if one.ready:
             log.info("device ready", device=one.id, name=one.device.name, lanes=one.probe.lanes)
@@ -54,10 +59,12 @@ def discover() -> list[Found]:
     return devices
 
 
-def fingerprints(devices: Sequence[opencl.Device]) -> list[str]:
-    """Of each device, in order. Two of the same make are told apart by their order, for one of them may be broken."""
+def fingerprints(devices: Sequence[opencl.Device], host: str = "") -> list[str]:
+    """Of each device, in order. Two of the same make are told apart by their order, and in a farm by their hosts, for
+    one of them may be broken."""
+    place = f"|{host}" if host else ""
     identities = [device.identity for device in devices]
     return [
-        hashlib.sha256(f"{identity}|{identities[:position].count(identity)}|{__version__}".encode()).hexdigest()
+        hashlib.sha256(f"{identity}|{identities[:position].count(identity)}|{__version__}{place}".encode()).hexdigest()
         for position, identity in enumerate(identities)
     ]

@@ -20,7 +20,6 @@ from woodcock.image import ImageError
 from woodcock.predict import Memory
 from woodcock.scene import SceneError, Stop, with_files
 from woodcock_server import worker
-from woodcock_server.cluster import ask
 from woodcock_server.devices.choice import leaves_a_choice, meant
 from woodcock_server.devices.service import Found
 from woodcock_server.identifiers import new_id
@@ -99,7 +98,7 @@ class JobCheck(BaseModel):
 async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
     await in_thread(RequestCheck(services).check, request)
-    text = with_files(request.scene, lambda file: str(services.storage.volume_file(file))).model_dump_json()
+    text = with_files(request.scene, services.cluster.locate).model_dump_json()
     asked = meant(request.device, services.devices)
     distrusted = await in_thread(_distrusted, services) if leaves_a_choice(request.device) else set()
     run = _DryRun(services, text)
@@ -165,7 +164,7 @@ class _DryRun:
             return DeviceForecast(id=device.id, says=late)
         try:
             return await asyncio.wait_for(
-                ask(self._services.client, device.id, key, function, self._text, device.id), left
+                self._services.cluster.ask(device.id, key, function, self._text, device.id), left
             )
         except TimeoutError:
             return DeviceForecast(id=device.id, says=late)

@@ -34,7 +34,7 @@ def installed(status: Path) -> list[Component]:
 def main(environment: str, status: str, out: str) -> None:
     command = [str(Path(sys.executable).with_name("cyclonedx-py")), "environment", "--spec-version", "1.6", environment]
     python = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    bom: Bom = Bom.from_json(json.loads(python))  # type: ignore[attr-defined]
+    bom: Bom = Bom.from_json(json.loads(python))
     bom.components.update(installed(Path(status)))
     text = JsonV1Dot6(bom).output_as_string(indent=1)
     if fault := JsonStrictValidator(SchemaVersion.V1_6).validate_str(text):

@@ -137,6 +137,11 @@ exec chroot "$root" setpriv --reuid={USER} --regid={USER} --clear-groups --bound
 """
 
 
+def _of_user(path: Path) -> None:
+    path.mkdir(mode=0o700, exist_ok=True)
+    os.chown(path, int(USER), int(USER))
+
+
 class Container:
     """The image's own command, or another, in namespaces of its own."""
 
@@ -144,9 +149,7 @@ class Container:
         self.image = image
         self.log = folder / "log.txt"
         for mount in ("data", "cache"):
-            if not (folder / mount).exists():
-                (folder / mount).mkdir(mode=0o700)
-                os.chown(folder / mount, int(USER), int(USER))
+            _of_user(folder / mount)
         unshare = ["unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork", "--"]
         script = ["sh", "-c", CONTAINER, "sh", image.root, folder / "data", folder / "cache"]
         with self.log.open("a") as log:
@@ -205,15 +208,16 @@ def contain(image: Image, tmp_path: Path) -> Iterator[Callable[..., Container]]:
 
 @contextmanager
 def running(image: Image, folder: Path, *commands: list[str]) -> Iterator[None]:
-    """Commands of the image by `buildah run`, on the machine's own network, until the block is left."""
+    """Commands of the image by `buildah run`, on the machine's own network, until the block is left.
+
+    Each has its own data and cache; what lies in the folder `farm` is all of theirs.
+    """
     with ExitStack() as stack:
         for number, command in enumerate(commands):
             volumes = []
-            for mount in ("data", "cache"):
-                path = folder / f"{mount}{number}"
-                path.mkdir(mode=0o700)
-                os.chown(path, int(USER), int(USER))
-                volumes += ["--volume", f"{path}:/{mount}"]
+            for mount, path in (("data", f"data{number}"), ("cache", f"cache{number}"), ("farm", "farm")):
+                _of_user(folder / path)
+                volumes += ["--volume", f"{folder / path}:/{mount}"]
             run = [*image.buildah.command, "run", "--isolation", "chroot", *volumes, image.container, "--"]
             log = stack.enter_context((folder / f"log{number}.txt").open("w"))
             process = subprocess.Popen([*run, *image.config["Entrypoint"], *command], stdout=log, stderr=log)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import subprocess
 import time
 from collections.abc import Callable
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,9 @@ import pytest
 from woodcock.device import find
 from woodcock.render import Renderer
 from woodcock.scene import parse
+from woodcock_server import certificate
 
-from .conftest import Container, Image, running
+from .conftest import USER, Container, Image, running
 
 pytestmark = [pytest.mark.image, pytest.mark.timeout(1800)]
 
@@ -39,6 +42,7 @@ SCENE: dict[str, Any] = {
     "film": {"width": 64, "height": 48},
     "stop": {"kind": "samples", "samples": SAMPLES},
 }
+SERVE = ["serve", "--host", "127.0.0.1", "--data", "/data"]
 LONG = SCENE | {"stop": {"kind": "seconds", "seconds": 600}}
 #: Bytes; the image's README says how much there is.
 LARGEST = 850e6
@@ -63,24 +67,48 @@ def free_port() -> int:
 
 def test_a_job_gives_the_picture_that_is_rendered_outside(image: Image, tmp_path: Path) -> None:
     port = free_port()
-    serve = ["serve", "--host", "127.0.0.1", "--port", str(port), "--data", "/data"]
-    with running(image, tmp_path, serve), httpx2.Client(base_url=f"http://127.0.0.1:{port}") as http:
-        wait_until_ready(http, tmp_path / "log0.txt")
-        job = http.post("/api/v1/jobs", json={"scene": SCENE}).raise_for_status().json()
+    with running(image, tmp_path, [*SERVE, "--port", str(port)]):
+        job = render(port, tmp_path)
+    assert job["devices"] == ["cpu0"]
+    assert_as_outside(tmp_path / "inside.exr")
+
+
+def test_a_scheduler_and_a_worker_render_for_the_service(image: Image, tmp_path: Path) -> None:
+    port, farm = free_port(), free_port()
+    certificate.write(tmp_path / "farm", timedelta(days=1))
+    for path in (tmp_path / "farm").iterdir():
+        os.chown(path, int(USER), int(USER))
+    address = ["--scheduler", f"tls://127.0.0.1:{farm}", "--certificates", "/farm"]
+    scheduler = ["scheduler", "--host", "127.0.0.1", "--port", str(farm), "--certificates", "/farm"]
+    service = [*SERVE, "--port", str(port), *address]
+    with running(image, tmp_path, scheduler, ["worker", *address, "--name", "node7"], service):
+        job = render(port, tmp_path)
+    assert job["devices"] == ["cpu0@node7"]
+    assert_as_outside(tmp_path / "inside.exr")
+
+
+def render(port: int, folder: Path) -> dict[str, Any]:
+    """The scene by the service at a port, once it is ready, to inside.exr in the folder; returns the job."""
+    with httpx2.Client(base_url=f"http://127.0.0.1:{port}") as http:
+        wait_until_ready(http, folder)
+        job: dict[str, Any] = http.post("/api/v1/jobs", json={"scene": SCENE}).raise_for_status().json()
         while job["state"] in ("queued", "running"):
             time.sleep(0.1)
             job = http.get(f"/api/v1/jobs/{job['id']}").raise_for_status().json()
         assert job["state"] == "succeeded", job
-        (tmp_path / "inside.exr").write_bytes(
-            http.get(f"/api/v1/jobs/{job['id']}/image.exr").raise_for_status().content
-        )
+        picture = http.get(f"/api/v1/jobs/{job['id']}/image.exr").raise_for_status()
+        (folder / "inside.exr").write_bytes(picture.content)
         assert "<script" in http.get("/").raise_for_status().text
+    return job
+
+
+def assert_as_outside(picture: Path) -> None:
     outside = Renderer(parse(json.dumps(SCENE)), find()).render(0, SAMPLES)
     # The picture is half floats; another compiler may round otherwise.
-    np.testing.assert_allclose(beauty(tmp_path / "inside.exr"), outside.mean, rtol=1e-3)
+    np.testing.assert_allclose(beauty(picture), outside.mean, rtol=1e-3)
 
 
-def wait_until_ready(http: httpx2.Client, log: Path) -> None:
+def wait_until_ready(http: httpx2.Client, folder: Path) -> None:
     end = time.monotonic() + 120
     while time.monotonic() < end:
         try:
@@ -89,7 +117,7 @@ def wait_until_ready(http: httpx2.Client, log: Path) -> None:
         except httpx2.TransportError:
             pass
         time.sleep(0.2)
-    pytest.fail(log.read_text())
+    pytest.fail("\n".join(path.read_text() for path in sorted(folder.glob("log*.txt"))))
 
 
 def test_nobody_in_it_can_write_but_to_its_mounts(contain: Contain) -> None:
@@ -116,7 +144,7 @@ def test_nobody_in_it_can_write_but_to_its_mounts(contain: Contain) -> None:
 def test_it_ends_where_it_is_stopped_while_it_starts(contain: Contain, seconds: float) -> None:
     container = contain()
     time.sleep(seconds)
-    assert container.stop(seconds=20) == 0
+    assert container.stop() == 0
     assert "Traceback" not in container.log.read_text()
 
 

@@ -5,7 +5,7 @@ BIN := .venv/bin
 SOURCES := kernels server client tests
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check test-slow chaos calibrate mutants studies load bench peers clean packages
+.PHONY: help demo test check test-slow chaos calibrate mutants studies load bench peers image-test clean packages
 
 help:
 	@echo 'make demo        render the example scenes with the real service, then keep serving the gallery (ONCE=1: then end;'
@@ -20,6 +20,7 @@ help:
 	@echo 'make load        many clients at once: how quickly the service answers, what memory it takes (nothing else should run)'
 	@echo 'make bench       timings, and efficiency against the other renderers that are installed (benchmarks/)'
 	@echo 'make peers       Mitsuba 3, Blender Cycles and LuxCore for make bench, in .venv-peers (Cycles needs PYTHON=python3.11)'
+	@echo 'make image-test  the container image, built without Docker and run; needs root and 5 GB (docker/)'
 	@echo 'make clean       remove what the others made, the pictures in demo/ too'
 
 demo: .venv/installed
@@ -64,6 +65,11 @@ peers:
 	    .venv-peers/bin/pip install --quiet --disable-pip-version-check $$peer || \
 	        echo "$$peer cannot be installed here and will be skipped"; \
 	done
+
+# Without these nothing can be said of the image.
+image-test: .venv/installed-test
+	bash .ci/packages buildah debootstrap debian-archive-keyring iproute2 util-linux
+	$(BIN)/python -m pytest -m 'image or not image' -s tests/docker
 
 clean:
 	rm -rf .venv .venv-peers benchmarks build dist demo screenshots .mypy_cache .pytest_cache .ruff_cache

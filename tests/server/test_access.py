@@ -29,7 +29,8 @@ from .conftest import ADDRESS, Service
 
 NOW = datetime(2026, 1, 2, tzinfo=UTC)
 #: Routes that tell nothing of anybody's work.
-PUBLIC = {"/", "/renders/{id}", "/healthz", "/readyz"}
+PAGES = {"/", "/renders/{id}", "/batches/{id}", "/compare", "/submit", "/fleet"}
+PUBLIC = {*PAGES, "/healthz", "/readyz"}
 SESSION = "/api/v1/session"
 
 

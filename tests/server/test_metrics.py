@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 
 from woodcock_server import app as application
 from woodcock_server.config import Settings
-from woodcock_server.jobs import repository
+from woodcock_server.jobs import listing
 
 from .conftest import ADDRESS, Service
 
@@ -85,7 +85,7 @@ def test_an_answer_that_broke_off_is_counted(client: TestClient, monkeypatch: py
     def broken(*_: Any) -> None:
         raise ValueError
 
-    monkeypatch.setattr(repository, "page", broken)
+    monkeypatch.setattr(listing, "page", broken)
     assert client.get("/api/v1/jobs").status_code == 500
     assert values(client)["woodcock_http_requests_total", "/api/v1/jobs", "500"] == 1
 
@@ -102,7 +102,7 @@ def test_jobs_are_those_of_the_database(client: TestClient, make_scene: Make, mo
     def away(_: Any) -> None:
         raise OperationalError("SELECT", {}, Exception())
 
-    monkeypatch.setattr(repository, "counts", away)
+    monkeypatch.setattr(listing, "states", away)
     found = values(client)
     assert not _of(found, "woodcock_jobs"), "rather nothing than what was"
     assert _of(found, "woodcock_http_requests_total"), "the server's own are there"

@@ -133,7 +133,7 @@ def test_every_route_asks_who_is_there(app: FastAPI, http: TestClient, token: Ca
         assert path == SESSION or (status == 401) != (path in PUBLIC), f"{method} {path}: {status}"
     assert http.get(SESSION).status_code == http.post(SESSION, json={"token": "none"}).status_code == 401
     others = {route.path for route in found if not isinstance(route, APIRoute)}
-    assert others == {"/openapi.json", "/docs", "/docs/oauth2-redirect", "/redoc", "/web"}
+    assert others == {"/openapi.json", "/docs", "/docs/oauth2-redirect", "/redoc", "/web", "/examples"}
 
 
 def test_nobody_needs_a_token_before_there_is_one(

@@ -19,7 +19,7 @@ from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 from woodcock_server.jobs import repository
 from woodcock_server.jobs.states import State
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, film_name
 
 from .real import serving
 
@@ -46,14 +46,14 @@ class Easel:
         return job
 
     def go_on(self, job: str, film: Film) -> None:
-        results.preview(self.storage, job, film)
-        film.save(self.storage.checkpoint(job, TOKEN))
+        results.preview(self.storage.job_file(job, ""), film)
+        film.save(self.storage.job_file(job, film_name(TOKEN)))
         self._write(job, samples=film.samples, seconds=film.samples / 10)
 
     def finish(self, job: str, film: Film) -> None:
-        results.preview(self.storage, job, film)
+        results.preview(self.storage.job_file(job, ""), film)
         write_exr(self.storage.job_file(job, "image.exr"), film, {})
-        self.storage.write_json(job, "report.json", {})
+        self.storage.write_text(job, "report.json", "{}")
         ended = {"state": State.SUCCEEDED, "finished_at": datetime.now(UTC), **repository.NOBODY}
         self._write(job, samples=film.samples, **ended)
 

@@ -19,7 +19,7 @@ Scheme = Literal["dark", "light"]
 LOOKS: list[tuple[Scheme, int, int]] = [("dark", 1280, 800), ("light", 390, 844)]
 
 
-@pytest.fixture(params=LOOKS, ids=[scheme for scheme, _, _ in LOOKS])
+@pytest.fixture(params=[LOOKS[0], pytest.param(LOOKS[1], marks=pytest.mark.slow)], ids=[look[0] for look in LOOKS])
 def page(browser: Browser, said: list[str], request: pytest.FixtureRequest) -> Iterator[Page]:
     """A window of that scheme and size."""
     scheme, width, height = request.param

@@ -207,6 +207,7 @@ def test_a_crop_is_chosen_told_and_shared(
     expect(page.locator(".frame")).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_everything_is_done_with_keys(page: Page, easel: Easel, picture: str, exr: dict[str, Floats]) -> None:
     visit(page, easel, picture, zoom=8)
     canvas = page.get_by_role("application", name="Picture of noise: Beauty, 48 × 32 pixels")

@@ -192,6 +192,7 @@ def test_a_filter_is_in_the_address(page: Page, wall: Wall) -> None:
 # What is new
 
 
+@pytest.mark.slow
 def test_cards_keep_their_place_while_renders_come_in(page: Page, wall: Wall) -> None:
     page.goto(f"{wall.address}/?text=n")
     expect(page.locator(".card").first).to_be_visible()
@@ -352,6 +353,7 @@ def test_a_batch_is_a_grid_of_its_values(page: Page, said: list[str], wall: Wall
     without_files(said)
 
 
+@pytest.mark.slow
 def test_a_batch_of_more_axes_is_stopped_and_deleted(page: Page, wall: Wall) -> None:
     product = {"seed": [7, 8], "volumes[0].sigma_t": [1, 2], "camera.fov": [20, 35]}
     asked = {"scene": SCENE, "name": "cube of values", "product": product, "zip": {"film.width": [8, 16]}}

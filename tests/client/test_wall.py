@@ -133,7 +133,9 @@ def test_ten_thousand_renders_are_no_slower(page: Page, tmp_path: Path, capsys: 
     assert first < 5
     assert most < 1200
     assert after - before < 20, "MiB for ten thousand"
-    assert max(typical) < 50
+    # SwiftShader draws every frame on the processor, which takes most of this; what thousands must not do is add to it.
+    assert max(typical) < 100
+    assert typical[1] < 1.5 * typical[0]
 
 
 def test_thumbnails_are_asked_for_once(context: BrowserContext, page: Page, wall: Wall) -> None:

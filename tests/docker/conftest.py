@@ -24,10 +24,6 @@ DOCKERFILE = ROOT / "docker" / "Dockerfile"
 SUITE = "bookworm"
 #: What Debian's slim image leaves out.
 LEFT_OUT = "".join(f"path-exclude /usr/share/{part}/*\n" for part in ("doc", "groff", "info", "locale", "man"))
-SOURCES = "".join(
-    f"deb http://deb.debian.org/{archive} main\n"
-    for archive in (f"debian {SUITE}", f"debian {SUITE}-updates", f"debian-security {SUITE}-security")
-)
 USER = "10001"
 
 
@@ -51,7 +47,10 @@ class Buildah:
         made = subprocess.run(bootstrap, capture_output=True, text=True)
         assert not made.returncode, f"debootstrap: {made.stdout[-2000:]}{made.stderr[-2000:]}"
         (base / "etc/dpkg/dpkg.cfg.d/docker").write_text(LEFT_OUT)
-        (base / "etc/apt/sources.list").write_text(SOURCES)
+        sources = base / "etc/apt/sources.list"
+        mirror = sources.read_text().split()[1].rstrip("/")  # that debootstrap used
+        suites = (f"{mirror} {SUITE}", f"{mirror} {SUITE}-updates", f"{mirror}-security {SUITE}-security")
+        sources.write_text("".join(f"deb {suite} main\n" for suite in suites))
         for part in ("doc", "info", "locale", "man"):
             shutil.rmtree(base / "usr/share" / part)
         for folder in ("var/cache/apt", "var/lib/apt/lists"):

@@ -112,6 +112,11 @@ class Service:
             }
         return id
 
+    def refuse(self, status: int, detail: str) -> None:
+        """From now on, whatever is asked."""
+        problem = {"type": "about:blank", "title": "Refused", "status": status, "detail": detail}
+        self.broken = (status, "application/problem+json", json.dumps(problem).encode())
+
     def update(self, id: str, **values: Any) -> None:
         """Change a job and tell its followers."""
         with self.changed:

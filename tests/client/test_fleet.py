@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import pytest
@@ -36,8 +35,7 @@ def test_a_device_that_is_not_trusted_says_why(service: Service, page: Page, sai
     expect(second.locator("tbody tr").first).to_have_text("depth, 1000not a numberfailed1–9 roundings5")
     expect(third).to_contain_text("It cannot even build and run a program.")
     expect(third.get_by_role("button")).to_have_count(0)
-    refusal = {"type": "about:blank", "title": "Forbidden", "status": 403, "detail": "The token may not check devices."}
-    service.broken = (403, "application/problem+json", json.dumps(refusal).encode())
+    service.refuse(403, "The token may not check devices.")
     first.get_by_role("button", name="Check again").click()
     expect(first.get_by_role("alert")).to_have_text("The token may not check devices.")
     assert all("403" in text for text in said)

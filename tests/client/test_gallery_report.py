@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from typing import Any
 
@@ -77,8 +76,7 @@ def test_what_a_button_cannot_do_is_told_beside_it(
     service.finish(id, REPORT)
     page.goto(f"{service.url}/renders/{id}")
     page.get_by_role("button", name="Extend to half the error").wait_for()
-    refusal = {"type": "about:blank", "title": "Too many", "status": 429, "detail": "You have 9 jobs; 9 are the most."}
-    service.broken = (429, "application/problem+json", json.dumps(refusal).encode())
+    service.refuse(429, "You have 9 jobs; 9 are the most.")
     page.get_by_role("button", name="Extend to half the error").click()
     expect(page.locator(".actions + .fault")).to_have_text("You have 9 jobs; 9 are the most.")
     assert all("429" in text for text in said)

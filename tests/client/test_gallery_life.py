@@ -24,6 +24,17 @@ SMALL = {"film": {"width": 24, "height": 16}, "stop": {"kind": "samples", "sampl
 #: A mesh that is not closed: nobody can say what is inside of it.
 OPEN = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 LONG = {"stop": {"kind": "seconds", "seconds": 600}}
+#: What is asked of the service for a cancellation answers when the page knows of it already.
+LATE = """
+const ask = window.fetch;
+window.fetch = async (...asked) => {
+  const answer = await ask(...asked);
+  if (!String(asked[0]).endsWith("/cancel")) return answer;
+  while (document.querySelector(".badge").textContent !== "Cancelled") await new Promise((done) => setTimeout(done, 10));
+  setTimeout(() => (document.body.dataset.answered = ""), 200);
+  return answer;
+};
+"""
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +116,15 @@ def test_a_name_and_tags_are_changed_where_they_stand(page: Page, address: str, 
     expect(page.get_by_role("button", name="Pinned")).to_have_attribute("aria-pressed", "true")
     job = told(page, f"/jobs/{id}")
     assert (job["name"], job["tags"], job["pinned"]) == ("as it is", ["one"], True)
+
+
+def test_an_answer_that_comes_after_the_end_does_not_turn_it_back(page: Page, address: str, submit: Submit) -> None:
+    page.add_init_script(LATE)
+    page.goto(f"{address}/renders/{submit('late', wait=False, **LONG)}")
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator("body[data-answered]")).to_be_attached(timeout=30_000)
+    expect(page.locator(".badge")).to_have_text("Cancelled")
+    expect(page.get_by_role("button", name="Try again")).to_be_visible()
 
 
 def test_a_render_is_cancelled_tried_again_and_deleted(page: Page, address: str, submit: Submit) -> None:

@@ -18,7 +18,7 @@ export function Actions({ job, report, onChange }) {
   const retry = useOnce(async (key) => go(pageOf(await retryJob(job, key))));
   const again = useOnce(async (key) => go(pageOf(await submitJob(anew(job), key))));
   const extend = useOnce(async (key, longer) => go(pageOf(await extendJob(job, longer, key))));
-  const pin = useOnce(async () => onChange(await changeJob(job.id, { pinned: !job.pinned })));
+  const pin = useOnce(async () => onChange({ pinned: (await changeJob(job.id, { pinned: !job.pinned })).pinned }));
   const better = done && !isDeterministic(job) && halved(job, report?.contract?.reached);
   const problem = [stop, retry, again, extend, pin].find((each) => each.problem)?.problem;
   return html`

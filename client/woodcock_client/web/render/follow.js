@@ -13,7 +13,9 @@ export function useRender(id) {
   const [devices, setDevices] = useState([]);
   const [problem, setProblem] = useState(null);
   const [away, setAway] = useState(false);
-  const onChange = (changed) => setJob((job) => ({ ...job, ...changed }));
+  // An answer from before the job's end may come after it.
+  const onChange = (changed) =>
+    setJob((job) => (job && !isActive(job) && isActive(changed) ? job : { ...job, ...changed }));
 
   useEffect(() => {
     const abort = new AbortController();

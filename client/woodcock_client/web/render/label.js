@@ -12,7 +12,7 @@ export function Name({ job, onChange }) {
   const [editing, setEditing] = useState(false);
   const button = useReturn(editing);
   const { busy, problem, run } = useOnce(async (_, name) => {
-    if (name !== job.name) onChange(await changeJob(job.id, { name }));
+    if (name !== job.name) onChange({ name: (await changeJob(job.id, { name })).name });
     setEditing(false);
   });
   if (!editing) {
@@ -43,7 +43,7 @@ export function Tags({ job, onChange }) {
   const [adding, setAdding] = useState(false);
   const button = useReturn(adding);
   const { busy, problem, run } = useOnce(async (_, tags) => {
-    onChange(await changeJob(job.id, { tags }));
+    onChange({ tags: (await changeJob(job.id, { tags })).tags });
     setAdding(false);
     button.current?.focus(); // the tag that was removed had it
   });

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
-from .harness import Farm, Part
+from .harness import Farm, Part, wait_until
 
 Make = Callable[..., dict[str, Any]]
+
+WORKER = Path(__file__).parents[2] / "docker/kubernetes/base/worker.yaml"
 
 
 def ended(job: dict[str, Any]) -> bool:
@@ -48,3 +55,44 @@ def test_commands_say_what_is_missing(farm: Farm) -> None:
     assert "WOODCOCK_SCHEDULER (or --scheduler): whose" in says("worker", "--certificates", str(farm.certificates))
     assert "WOODCOCK_WORKER_NAME (or --name): String" in says("worker", "--name", "a/b")
     assert "is there already; remove it" in says("certificates", str(farm.certificates))
+
+
+def probe(kind: str, folder: Path) -> bool:
+    """As Kubernetes asks a worker's pod whose temporary folder this is."""
+    [container] = yaml.safe_load(WORKER.read_text())["spec"]["template"]["spec"]["containers"]
+    *command, script = container[f"{kind}Probe"]["exec"]["command"]
+    assert "/tmp/" in script
+    done = subprocess.run([*command, script.replace("/tmp/", f"{folder}/")], capture_output=True)
+    return done.returncode == 0
+
+
+@pytest.mark.slow
+def test_a_worker_gives_signs_of_life(farm: Farm, tmp_path: Path) -> None:
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+
+    def probes() -> tuple[bool, bool]:
+        return probe("liveness", folder), probe("readiness", folder)
+
+    def let_a_minute_pass() -> None:
+        for sign in folder.glob("woodcock-*/*"):
+            if sign.is_file():
+                os.utime(sign, (time.time() - 61,) * 2)
+
+    worker = farm.start_worker("node1", TMPDIR=str(folder))
+    wait_until(lambda: probe("startup", folder), 60, farm.logs)
+    wait_until(lambda: probes() == (True, True), 60, farm.logs)
+
+    worker.process.send_signal(signal.SIGSTOP)
+    let_a_minute_pass()
+    assert probes() == (False, False), "it hangs"
+    worker.process.send_signal(signal.SIGCONT)
+    wait_until(lambda: probes() == (True, True), 30, farm.logs)
+
+    farm.scheduler.stop()
+    wait_until(lambda: "trying again" in worker.log.read_text(), 60, farm.logs)
+    let_a_minute_pass()
+    wait_until(lambda: probe("liveness", folder), 30, farm.logs)
+    assert probes() == (True, False), "there is no scheduler"
+    assert worker.stop() == 0
+    assert list(folder.iterdir()) == []

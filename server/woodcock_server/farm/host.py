@@ -6,6 +6,7 @@ import asyncio
 import json
 import logging
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +28,17 @@ log = structlog.get_logger()
 #: Between a connection that broke, or could not be made, and the next one, seconds.
 AGAIN_SECONDS = 1.0
 
+#: Between two signs of life, seconds.
+BEAT_SECONDS = 5.0
+
 
 async def work(
     address: str, secure: Security, found: Sequence[Found], scratch: Path, memory: int, *, prepare: bool
 ) -> None:
     """Offer devices to the scheduler at an address until cancelled, whether it answers or not.
 
-    found: of this host, one of them ready at least; memory: bytes; a worker that takes more is killed; prepare: build
-    the generic program.
+    found: of this host, one of them ready at least; scratch: also of the signs of life that `_beat` gives; memory:
+    bytes; a worker that takes more is killed; prepare: build the generic program.
     """
     keep_time()
     # Who does not answer is told of here.
@@ -44,33 +48,54 @@ async def work(
     options = {"protocol": "tls://", "security": secure, **HTTP, **worker_options(scratch, memory)}
     failed = [told(one) for one in found if not one.ready]
     ready = [one for one in found if one.ready]
+    connected: set[str] = set()
     with dask.config.set(SETTINGS):
         async with asyncio.TaskGroup() as group:
             for one in ready:
                 said = json.dumps([told(one), *failed])
                 own = {**options, "resources": resource(one.id), "env": {FOUND: said}}
-                group.create_task(_offer(address, one.id, own))
+                group.create_task(_offer(address, one.id, own, connected))
+            group.create_task(_beat(scratch, {one.id for one in ready}, connected))
             if prepare:
                 group.create_task(preparation.build([one.device for one in ready]))
 
 
-async def _offer(address: str, device_id: str, options: dict[str, Any]) -> None:
-    """A worker, and a new one whenever it has lost the scheduler or could not be started."""
+async def _beat(folder: Path, ready: set[str], connected: set[str]) -> None:
+    """Touch `alive` for as long as this event loop turns, and `connected` while all devices are with the scheduler."""
+    while True:
+        with suppress(OSError):  # Who looks for them learns of it.
+            (folder / "alive").touch()
+            if connected == ready:
+                (folder / "connected").touch()
+        await asyncio.sleep(BEAT_SECONDS)
+
+
+async def _offer(address: str, device_id: str, options: dict[str, Any], connected: set[str]) -> None:
+    """A worker, and a new one whenever it has lost the scheduler or could not be started; connected: the devices whose
+    workers are with the scheduler, this one among them for as long as it is."""
     while True:
         try:
             async with Nanny(address, host=own_host(address), **options) as nanny:
                 log.info("device offered", device=device_id, scheduler=address)
-                await _over(nanny)
+                await _over(nanny, device_id, connected)
                 log.warning("scheduler lost; trying again", device=device_id)
         except Exception as error:
             log.warning("device not offered; trying again", device=device_id, reason=repr(error.__cause__ or error))
         await asyncio.sleep(AGAIN_SECONDS)
 
 
-async def _over(nanny: Nanny) -> None:
+async def _over(nanny: Nanny, device_id: str, connected: set[str]) -> None:
     """Returns when a nanny has ended, or has had no worker for so long that it has given up on it."""
     without = 0.0
-    while nanny.status not in (Status.closing, Status.closed, Status.failed) and without < START_SECONDS:
-        await asyncio.sleep(AGAIN_SECONDS)
-        running = nanny.process is not None and nanny.process.status is Status.running
-        without = 0.0 if running else without + AGAIN_SECONDS
+    try:
+        while nanny.status not in (Status.closing, Status.closed, Status.failed) and without < START_SECONDS:
+            # It runs only once it has found the scheduler.
+            if nanny.process is not None and nanny.process.status is Status.running:
+                connected.add(device_id)
+                without = 0.0
+            else:
+                connected.discard(device_id)
+                without += AGAIN_SECONDS
+            await asyncio.sleep(AGAIN_SECONDS)
+    finally:
+        connected.discard(device_id)

@@ -17,7 +17,7 @@ from .harness import Farm, Part, wait_until
 
 Make = Callable[..., dict[str, Any]]
 
-WORKER = Path(__file__).parents[2] / "docker/kubernetes/base/worker.yaml"
+MANIFESTS = Path(__file__).parents[2] / "docker/kubernetes/base"
 
 
 def ended(job: dict[str, Any]) -> bool:
@@ -57,42 +57,53 @@ def test_commands_say_what_is_missing(farm: Farm) -> None:
     assert "is there already; remove it" in says("certificates", str(farm.certificates))
 
 
-def probe(kind: str, folder: Path) -> bool:
-    """As Kubernetes asks a worker's pod whose temporary folder this is."""
-    [container] = yaml.safe_load(WORKER.read_text())["spec"]["template"]["spec"]["containers"]
-    *command, script = container[f"{kind}Probe"]["exec"]["command"]
-    assert "/tmp/" in script
-    done = subprocess.run([*command, script.replace("/tmp/", f"{folder}/")], capture_output=True)
-    return done.returncode == 0
+def probes(manifest: str, folder: Path) -> tuple[bool, bool]:
+    """What Kubernetes would find whose pod has this temporary folder: is it alive, and ready?"""
+    pod = next(yaml.safe_load_all((MANIFESTS / manifest).read_text()))["spec"]["template"]["spec"]
+    [container] = pod["containers"]
+
+    def probe(kind: str) -> bool:
+        *command, script = container[f"{kind}Probe"]["exec"]["command"]
+        assert "/tmp/" in script
+        done = subprocess.run([*command, script.replace("/tmp/", f"{folder}/")], capture_output=True)
+        return done.returncode == 0
+
+    return probe("liveness"), probe("readiness")
+
+
+def let_a_minute_pass(folder: Path) -> None:
+    for sign in folder.glob("woodcock-*/*"):
+        if sign.is_file():
+            os.utime(sign, (time.time() - 61,) * 2)
 
 
 @pytest.mark.slow
-def test_a_worker_gives_signs_of_life(farm: Farm, tmp_path: Path) -> None:
+@pytest.mark.parametrize("command", ["scheduler", "worker"])
+def test_who_hangs_gives_no_signs_of_life(farm: Farm, tmp_path: Path, command: str) -> None:
+    folder, options = tmp_path / "temporary", ("--port", "0") if command == "scheduler" else ()
+    folder.mkdir()
+    manifest = f"{command}.yaml"
+    part = Part(tmp_path / "part", command, *options, TMPDIR=str(folder), **farm.environment)
+    try:
+        wait_until(lambda: probes(manifest, folder) == (True, True), 120, farm.logs)
+        part.process.send_signal(signal.SIGSTOP)
+        let_a_minute_pass(folder)
+        assert probes(manifest, folder) == (False, False)
+        part.process.send_signal(signal.SIGCONT)
+        wait_until(lambda: probes(manifest, folder) == (True, True), 60, farm.logs)
+    finally:
+        assert part.stop() == 0
+    assert list(folder.glob("woodcock-*")) == []
+
+
+@pytest.mark.slow
+def test_a_worker_without_a_scheduler_lives_and_is_not_ready(farm: Farm, tmp_path: Path) -> None:
     folder = tmp_path / "temporary"
     folder.mkdir()
-
-    def probes() -> tuple[bool, bool]:
-        return probe("liveness", folder), probe("readiness", folder)
-
-    def let_a_minute_pass() -> None:
-        for sign in folder.glob("woodcock-*/*"):
-            if sign.is_file():
-                os.utime(sign, (time.time() - 61,) * 2)
-
     worker = farm.start_worker("node1", TMPDIR=str(folder))
-    wait_until(lambda: probe("startup", folder), 60, farm.logs)
-    wait_until(lambda: probes() == (True, True), 60, farm.logs)
-
-    worker.process.send_signal(signal.SIGSTOP)
-    let_a_minute_pass()
-    assert probes() == (False, False), "it hangs"
-    worker.process.send_signal(signal.SIGCONT)
-    wait_until(lambda: probes() == (True, True), 30, farm.logs)
-
+    wait_until(lambda: probes("worker.yaml", folder) == (True, True), 120, farm.logs)
     farm.scheduler.stop()
     wait_until(lambda: "trying again" in worker.log.read_text(), 60, farm.logs)
-    let_a_minute_pass()
-    wait_until(lambda: probe("liveness", folder), 30, farm.logs)
-    assert probes() == (True, False), "there is no scheduler"
+    let_a_minute_pass(folder)
+    wait_until(lambda: probes("worker.yaml", folder) == (True, False), 60, farm.logs)
     assert worker.stop() == 0
-    assert list(folder.iterdir()) == []

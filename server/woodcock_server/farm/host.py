@@ -6,8 +6,6 @@ import asyncio
 import json
 import logging
 from collections.abc import Sequence
-from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import dask
@@ -20,6 +18,7 @@ from woodcock_server.cluster import HTTP, SETTINGS, START_SECONDS, resource, wor
 from woodcock_server.devices.service import Found
 from woodcock_server.farm.address import own_host
 from woodcock_server.farm.remote import told
+from woodcock_server.farm.signs import ALIVE, CONNECTED, given
 from woodcock_server.steady import keep_time
 from woodcock_server.worker import FOUND
 
@@ -28,46 +27,34 @@ log = structlog.get_logger()
 #: Between a connection that broke, or could not be made, and the next one, seconds.
 AGAIN_SECONDS = 1.0
 
-#: Between two signs of life, seconds.
-BEAT_SECONDS = 5.0
 
-
-async def work(
-    address: str, secure: Security, found: Sequence[Found], scratch: Path, memory: int, *, prepare: bool
-) -> None:
+async def work(address: str, secure: Security, found: Sequence[Found], memory: int, *, prepare: bool) -> None:
     """Offer devices to the scheduler at an address until cancelled, whether it answers or not.
 
-    found: of this host, one of them ready at least; scratch: also of the signs of life that `_beat` gives; memory:
-    bytes; a worker that takes more is killed; prepare: build the generic program.
+    found: of this host, one of them ready at least; memory: bytes; a worker that takes more is killed; prepare: build
+    the generic program.
     """
     keep_time()
     # Who does not answer is told of here.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     for name in ("core", "nanny", "comm"):
         logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
-    options = {"protocol": "tls://", "security": secure, **HTTP, **worker_options(scratch, memory)}
     failed = [told(one) for one in found if not one.ready]
     ready = [one for one in found if one.ready]
     connected: set[str] = set()
+
+    def signs() -> list[str]:
+        return [ALIVE, CONNECTED] if len(connected) == len(ready) else [ALIVE]
+
     with dask.config.set(SETTINGS):
-        async with asyncio.TaskGroup() as group:
+        async with given(signs) as scratch, asyncio.TaskGroup() as group:
+            options = {"protocol": "tls://", "security": secure, **HTTP, **worker_options(scratch, memory)}
             for one in ready:
                 said = json.dumps([told(one), *failed])
                 own = {**options, "resources": resource(one.id), "env": {FOUND: said}}
                 group.create_task(_offer(address, one.id, own, connected))
-            group.create_task(_beat(scratch, {one.id for one in ready}, connected))
             if prepare:
                 group.create_task(preparation.build([one.device for one in ready]))
-
-
-async def _beat(folder: Path, ready: set[str], connected: set[str]) -> None:
-    """Touch `alive` for as long as this event loop turns, and `connected` while all devices are with the scheduler."""
-    while True:
-        with suppress(OSError):  # Who looks for them learns of it.
-            (folder / "alive").touch()
-            if connected == ready:
-                (folder / "connected").touch()
-        await asyncio.sleep(BEAT_SECONDS)
 
 
 async def _offer(address: str, device_id: str, options: dict[str, Any], connected: set[str]) -> None:

@@ -5,27 +5,26 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import socket
 import subprocess
-import time
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx2
 import jsonschema
 import kubernetes_validate
 import pytest
 import yaml
-from tests.server.s3_server import VERSION, program
 
+from woodcock_server.access.origin import LOOPBACK
 from woodcock_server.config import Settings
 from woodcock_server.store import connect
 
+from .conftest import composed
+
 DOCKER = Path(__file__).parents[2] / "docker"
 #: The second is merged into the first.
-COMPOSE = [DOCKER / "compose.yaml", DOCKER / "compose.farm.yaml"]
+COMPOSE = ["compose.yaml", "compose.farm.yaml"]
 OVERLAYS = ("base", "gpu", "autoscaling")
 KUBERNETES = "1.34"
 KUSTOMIZE = "sigs.k8s.io/kustomize/kustomize/v5@v5.7.1"
@@ -49,15 +48,10 @@ def pods() -> Iterator[dict[str, Any]]:
             yield one["spec"]["template"]["spec"]
 
 
-def composed(path: Path) -> dict[str, dict[str, Any]]:
-    services: dict[str, dict[str, Any]] = yaml.safe_load(path.read_text())["services"]
-    return services
-
-
 def whole() -> Iterator[tuple[str, dict[str, Any]]]:
     """Composed services, without what one file changes of another's."""
-    for path in COMPOSE:
-        yield from ((name, service) for name, service in composed(path).items() if "image" in service)
+    for file in COMPOSE:
+        yield from ((name, service) for name, service in composed(file).items() if "image" in service)
 
 
 def test_manifests_are_what_kubernetes_takes() -> None:
@@ -88,6 +82,8 @@ def test_pods_are_probed_and_composed_services_in_the_same_way() -> None:
     for pod in pods():
         [container] = pod["containers"]
         assert {"startupProbe", "livenessProbe", "readinessProbe"} <= set(container)
+        for probe in ("startup", "liveness", "readiness") if "args" not in container else ():
+            assert container[f"{probe}Probe"]["httpGet"]["httpHeaders"] == [{"name": "Host", "value": LOOPBACK[-1]}]
         for kind in container.get("args", []):
             assert container["startupProbe"]["exec"] == container["livenessProbe"]["exec"]
             asked[kind].add(container["readinessProbe"]["exec"]["command"][-1])
@@ -110,7 +106,7 @@ def test_composed_services_are_restricted() -> None:
 
 def test_composed_services_can_be_reached_by_those_alone_who_need_to() -> None:
     services = dict(whole())
-    assert yaml.safe_load(COMPOSE[0].read_text())["networks"] == {"farm": {"internal": True}}
+    assert yaml.safe_load((DOCKER / COMPOSE[0]).read_text())["networks"] == {"farm": {"internal": True}}
     networks = {name: service.get("networks") for name, service in services.items()}
     assert networks == {
         "certificates": None, "scheduler": ["farm"], "woodcock": ["default", "farm"], "worker": ["farm"],
@@ -137,52 +133,22 @@ def test_composed_services_wait_for_what_tells_its_state() -> None:
         assert image_has_one or service["healthcheck"].get("test") or name == "certificates"
 
 
-def test_the_store_of_the_farm_is_what_the_service_asks_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    farm = composed(COMPOSE[1])
-    store, settings = farm["store"], farm["woodcock"]["environment"]
-    gateway = program()
-    assert store["image"].split(":")[-1] == VERSION, "the one that is tried here"
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    [script] = store["command"]
-    assert settings["AWS_ENDPOINT_URL"] == "http://store:7070"
-    for name, value in settings.items():
-        monkeypatch.setenv(name, value.replace("store:7070", f"127.0.0.1:{port}"))
-    with (tmp_path / "log.txt").open("w") as log:
-        process = subprocess.Popen(
-            [*store["entrypoint"], script.replace("/data", str(tmp_path / "data"))],
-            env=store["environment"]
-            | {"PATH": f"{gateway.parent}:{os.environ['PATH']}", "VGW_PORT": f"127.0.0.1:{port}"},
-            stdout=log,
-            stderr=log,
-        )
-    try:
-        asked = store["healthcheck"]["test"][-1].replace(":7070", f":{port}")
-        end = time.monotonic() + 20
-        while not healthy(asked):
-            assert time.monotonic() < end, (tmp_path / "log.txt").read_text()
-            time.sleep(0.05)
-        bucket = connect(settings["WOODCOCK_STORE"])
-        bucket.try_writing()
-        bucket.put("large", bytes(20 << 20))  # in parts
-        assert bucket.size("large") == 20 << 20
-    finally:
-        process.terminate()
-        assert process.wait(20) == 0
-
-
-def healthy(url: str) -> bool:
-    try:
-        return bool(httpx2.get(url).is_success)
-    except httpx2.TransportError:
-        return False
+def test_the_store_of_the_farm_takes_what_the_service_has(
+    store: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in store.items():
+        monkeypatch.setenv(name, value)
+    bucket = connect(store["WOODCOCK_STORE"])
+    bucket.try_writing()
+    bucket.put("large", bytes(20 << 20))  # in parts
+    assert bucket.size("large") == 20 << 20
 
 
 def test_what_they_set_are_settings_and_what_they_run_are_commands() -> None:
     said: set[str] = set()
     run: list[str] = ["serve"]
-    for path in COMPOSE:
-        for service in composed(path).values():
+    for file in COMPOSE:
+        for service in composed(file).values():
             if service.get("image", "woodcock") == "woodcock":
                 said |= set(service.get("environment", {}))
                 run += service.get("command", [])[:1] if "entrypoint" not in service else []
@@ -216,7 +182,8 @@ def module(go: dict[str, str], name: str) -> Path:
 @network
 def test_compose_files_are_what_compose_takes(go: dict[str, str], tmp_path: Path) -> None:
     schema = json.loads((module(go, COMPOSE_SPEC) / "schema/compose-spec.json").read_text())
-    for path in COMPOSE:
+    paths = [DOCKER / file for file in COMPOSE]
+    for path in paths:
         jsonschema.Draft7Validator(schema).validate(yaml.safe_load(path.read_text()))
     # Compose's own loader: merges, follows anchors, and refuses volumes, networks and services that nobody has.
     name, version = COMPOSE_SPEC.split("@")
@@ -228,7 +195,7 @@ def test_compose_files_are_what_compose_takes(go: dict[str, str], tmp_path: Path
         assert not done.returncode, done.stderr
         return json.loads(done.stdout)
 
-    one, farm = loaded(COMPOSE[0]), loaded(*COMPOSE)
+    one, farm = loaded(paths[0]), loaded(*paths)
     assert one["name"] == farm["name"] == "woodcock"
     assert set(farm["services"]) == set(one["services"]) | {"store"}
     assert set(farm["volumes"]) == set(one["volumes"]) | {"store"}

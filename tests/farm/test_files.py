@@ -26,13 +26,13 @@ SECRET = "X-Amz-Signature=0123"
 
 
 class Objects(ThreadingHTTPServer):
-    """A store of one object. breaks: after so many bytes of an answer each connection breaks, in turn; status: said
-    instead of an answer; ranges: what was asked for; broken: called beforehand."""
+    """A store of one object. breaks: after so many bytes of an answer each connection breaks, in turn; statuses: said
+    of answers, in turn; ranges: what was asked for; broken: called before a connection breaks."""
 
     def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), Answer)
         self.breaks: list[int] = []
-        self.status = 206
+        self.statuses: list[int] = []
         self.ranges: list[str] = []
         self.broken: Callable[[], object] = int
 
@@ -49,7 +49,7 @@ class Answer(BaseHTTPRequestHandler):
         self.server.ranges.append(asked)
         start, stop = (int(each) for each in asked.removeprefix("bytes=").split("-"))
         body = CONTENT[start : stop + 1]
-        self.send_response(self.server.status)
+        self.send_response(self.server.statuses.pop(0) if self.server.statuses else 206)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         if self.server.breaks:
@@ -138,7 +138,13 @@ def test_a_connection_that_breaks_is_gone_on_with(storage: Signing, objects: Obj
     assert (storage.through, objects.ranges) == (0, [f"bytes={begin}-{len(CONTENT) - 1}" for begin in begins])
 
 
-@pytest.mark.parametrize("status", [None, 200, 403, 503])
+def test_a_store_that_is_busy_is_asked_again(storage: Signing, objects: Objects, tmp_path: Path) -> None:
+    storage.url, objects.statuses = objects.url, [503, 500]
+    assert fetched(storage, tmp_path / "cache") == CONTENT
+    assert (storage.through, len(objects.ranges)) == (0, 3)
+
+
+@pytest.mark.parametrize("status", [None, 200, 403])
 def test_what_the_store_does_not_give_comes_through_the_service(
     storage: Signing, objects: Objects, tmp_path: Path, status: int | None
 ) -> None:
@@ -148,7 +154,7 @@ def test_what_the_store_does_not_give_comes_through_the_service(
         objects.server_close()
         objects.shutdown()
     else:
-        objects.status = status
+        objects.statuses = [status]
     with capture_logs() as said:
         assert fetched(storage, tmp_path / "cache") == CONTENT
     assert storage.through == 3

@@ -4,7 +4,6 @@ over the TLS of the farm."""
 from __future__ import annotations
 
 import asyncio
-import math
 import re
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -75,14 +74,14 @@ class Peer:
 
     def chunks(self, file_id: str) -> Iterator[bytes]:
         size, url = self._source(file_id)
-        offset, came = 0, -math.inf
+        offset, until = 0, time.monotonic() + PATIENCE
         while url is not None and offset < size:
             try:
                 for chunk in objects.read(url, offset, size):
-                    offset, came = offset + len(chunk), time.monotonic()
+                    offset, until = offset + len(chunk), time.monotonic() + PATIENCE
                     yield chunk
             except objects.Unread as error:
-                if time.monotonic() > came + PATIENCE:
+                if time.monotonic() > until or not (error.again or offset):
                     log.warning(
                         "object store out of reach; reading through the service", file=file_id, reason=str(error)
                     )

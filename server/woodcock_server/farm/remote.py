@@ -6,9 +6,8 @@ import asyncio
 import logging
 import time
 from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, nullcontext, suppress
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import dask
@@ -18,10 +17,11 @@ from distributed import Client, Security
 from woodcock import __version__
 from woodcock.device import Device
 from woodcock.probe import Probe
-from woodcock_server.cluster import SETTINGS, Cluster, DeviceGoneError, GivenUpError, ask, restart
+from woodcock_server.cluster import SETTINGS, Cluster, DeviceGoneError, Files, GivenUpError, ask, restart
 from woodcock_server.devices.service import Found
 from woodcock_server.farm import files
 from woodcock_server.steady import keep_time
+from woodcock_server.storage import Storage
 
 log = structlog.get_logger()
 
@@ -53,8 +53,8 @@ class Remote(Cluster):
 
     remote = True
 
-    def __init__(self, address: str, secure: Security, locate: Callable[[str, Path], str]) -> None:
-        self.locate = locate
+    def __init__(self, address: str, secure: Security, files: Files) -> None:
+        self.files = files
         self._address, self._secure = address, secure
         self._connected: Client | None = None
         self.devices: list[Found] = []
@@ -155,14 +155,13 @@ class Remote(Cluster):
 
 
 @asynccontextmanager
-async def joined(address: str, secure: Security, port: int, find: Callable[[str], Path]) -> AsyncIterator[Cluster]:
-    """The cluster at a scheduler's address, whether that answers now or later; port: of `files.serving`; find: where an
-    uploaded file lies."""
+async def joined(address: str, secure: Security, port: int, storage: Storage) -> AsyncIterator[Cluster]:
+    """The cluster at a scheduler's address, whether that answers now or later; port: of `files.serving`."""
     keep_time()
     for name in ("distributed", "distributed.client", "distributed.core"):  # Who does not answer is told of here.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS):
-        async with files.serving(address, port, secure, find) as own:
-            cluster = Remote(address, secure, lambda file, path: f"{own}/{file}")
+        async with files.serving(address, port, secure, storage) as own:
+            cluster = Remote(address, secure, lambda ids: nullcontext({each: f"{own}/{each}" for each in ids}))
             async with cluster.running():
                 yield cluster

@@ -5,14 +5,14 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import asynccontextmanager, nullcontext, suppress
 from dataclasses import asdict
 from typing import Any
 
 import dask
 import structlog
-from distributed import Client, Security
+from distributed import Client, Security, rpc
 
 from woodcock import __version__
 from woodcock.device import Device
@@ -31,6 +31,9 @@ LOOK_EVERY = 1.0
 #: How long a worker may be away before its device counts as gone, seconds: one that died is started again within them.
 AWAY_SECONDS = 20.0
 
+#: How long a scheduler that is asked once may take to answer, seconds.
+ANSWER_SECONDS = 10.0
+
 #: Of the startup information of a worker, what it says of its host's devices.
 DEVICES = "woodcock"
 
@@ -46,6 +49,20 @@ def _understood(said: Mapping[str, Any]) -> Found:
     if version != __version__:  # Its samples might be others.
         probe = Probe((), f"{said['host']} runs Woodcock {version}, this server {__version__}.")
     return Found(device, probe, said["fingerprint"], said["host"])
+
+
+async def look(address: str, secure: Security) -> dict[str, Found]:
+    """Devices, by id, that a scheduler's workers have now. Raises OSError where it cannot be reached."""
+    arguments = secure.get_connection_args("client")  # type: ignore[no-untyped-call]
+    reached = rpc(address, timeout=ANSWER_SECONDS, connection_args=arguments)  # type: ignore[no-untyped-call]
+    async with reached as scheduler:
+        identity = await scheduler.identity(n_workers=-1)
+    return {found.id: found for worker in identity["workers"].values() for found in _devices(worker)}
+
+
+def _devices(worker: Mapping[str, Any]) -> Iterator[Found]:
+    """Of a worker's host, as the scheduler knows it."""
+    return map(_understood, worker.get(DEVICES, ()))
 
 
 class Remote(Cluster):
@@ -136,7 +153,7 @@ class Remote(Cluster):
         """Who is there now, and who has been away for too long."""
         known = {found.id: found for found in self.devices}
         for worker in workers:
-            for found in map(_understood, worker.get(DEVICES, ())):
+            for found in _devices(worker):
                 known[found.id] = found
                 self._last[found.id] = now
         for device_id in [each for each in known if now - self._last[each] > AWAY_SECONDS]:

@@ -89,7 +89,7 @@ jobs = Table(
     Column("lease_until", UtcDateTime),
     Index(None, "state", "priority", "id"),
     # Whole answers: what each owner rendered lately, waits for, keeps.
-    Index(None, "started_at", "owner", "seconds"),
+    Index(None, "owner", "started_at", "seconds"),
     Index(None, "owner", "state", "paths"),
     Index(None, "owner", "size"),
     Index(None, "finished_at", "id"),
@@ -190,6 +190,7 @@ comparisons = Table(
     "comparisons",
     metadata,
     Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("owner", String(200), nullable=False, server_default=""),  # its jobs', too
     Column("name", String(200), nullable=False),
     Column("scene", JSON, nullable=False),
     Column("vary", JSON, nullable=False),  # field -> kinds
@@ -205,6 +206,7 @@ batches = Table(
     "batches",
     metadata,
     Column("id", String(36), primary_key=True),  # sorts by time of creation
+    Column("owner", String(200), nullable=False, server_default=""),  # its jobs', too
     Column("name", String(200), nullable=False),
     Column("scene", JSON, nullable=False),  # that is swept
     Column("product", JSON, nullable=False),  # path -> values, as asked for

@@ -30,7 +30,8 @@ const ask = window.fetch;
 window.fetch = async (...asked) => {
   const answer = await ask(...asked);
   if (!String(asked[0]).endsWith("/cancel")) return answer;
-  while (document.querySelector(".badge").textContent !== "Cancelled") await new Promise((done) => setTimeout(done, 10));
+  const badge = () => document.querySelector(".badge").textContent;
+  while (badge() !== "Cancelled") await new Promise((done) => setTimeout(done, 10));
   setTimeout(() => (document.body.dataset.answered = ""), 200);
   return answer;
 };

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import os
+import re
 import signal
-import subprocess
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+import typer
+from typer.testing import CliRunner
+
+from woodcock_server import certificate
+from woodcock_server.command import serve
 
 from .harness import Farm, Part, wait_until
 
 Make = Callable[..., dict[str, Any]]
 
-MANIFESTS = Path(__file__).parents[2] / "docker/kubernetes/base"
+service_app = typer.Typer()
+service_app.command()(serve)
 
 
 def ended(job: dict[str, Any]) -> bool:
@@ -28,9 +31,9 @@ def ended(job: dict[str, Any]) -> bool:
 @pytest.mark.slow
 def test_a_job_is_rendered_by_a_worker_that_comes_late(farm: Farm, make_scene: Make) -> None:
     service = farm.start_service()
-    answer = service.http.get("/readyz")
-    assert answer.status_code == 503
-    assert "No worker with a device is connected to the scheduler" in answer.json()["detail"]
+    no_worker = "No worker with a device is connected to the scheduler"
+    wait_until(lambda: no_worker in service.http.get("/readyz").text, 30, farm.logs)
+    assert service.http.get("/readyz").status_code == 503
     waiting = service.submit(make_scene(), "cpu")
     farm.start_worker("node1")
     farm.wait_for(service, "cpu0@node1")
@@ -57,53 +60,30 @@ def test_commands_say_what_is_missing(farm: Farm) -> None:
     assert "is there already; remove it" in says("certificates", str(farm.certificates))
 
 
-def probes(manifest: str, folder: Path) -> tuple[bool, bool]:
-    """What Kubernetes would find whose pod has this temporary folder: is it alive, and ready?"""
-    pod = next(yaml.safe_load_all((MANIFESTS / manifest).read_text()))["spec"]["template"]["spec"]
-    [container] = pod["containers"]
-
-    def probe(kind: str) -> bool:
-        *command, script = container[f"{kind}Probe"]["exec"]["command"]
-        assert "/tmp/" in script
-        done = subprocess.run([*command, script.replace("/tmp/", f"{folder}/")], capture_output=True)
-        return done.returncode == 0
-
-    return probe("liveness"), probe("readiness")
-
-
-def let_a_minute_pass(folder: Path) -> None:
-    for sign in folder.glob("woodcock-*/*"):
-        if sign.is_file():
-            os.utime(sign, (time.time() - 61,) * 2)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["scheduler", "worker"])
-def test_who_hangs_gives_no_signs_of_life(farm: Farm, tmp_path: Path, command: str) -> None:
-    folder, options = tmp_path / "temporary", ("--port", "0") if command == "scheduler" else ()
-    folder.mkdir()
-    manifest = f"{command}.yaml"
-    part = Part(tmp_path / "part", command, *options, TMPDIR=str(folder), **farm.environment)
-    try:
-        wait_until(lambda: probes(manifest, folder) == (True, True), 120, farm.logs)
-        part.process.send_signal(signal.SIGSTOP)
-        let_a_minute_pass(folder)
-        assert probes(manifest, folder) == (False, False)
-        part.process.send_signal(signal.SIGCONT)
-        wait_until(lambda: probes(manifest, folder) == (True, True), 60, farm.logs)
-    finally:
-        assert part.stop() == 0
-    assert list(folder.glob("woodcock-*")) == []
+def test_a_configuration_is_checked_with_its_farm(farm: Farm, tmp_path: Path) -> None:
+    """Whether the scheduler can be reached with these certificates, and what it has."""
+    address = farm.environment["WOODCOCK_SCHEDULER"]
 
+    def check(**environment: str) -> tuple[int, list[str]]:
+        options = ("--check-config", "--port", "0", "--data", str(tmp_path / "data"))
+        runner = CliRunner(env={**farm.environment, **environment})
+        result = runner.invoke(service_app, options)
+        return result.exit_code, result.output.splitlines()[2:]
 
-@pytest.mark.slow
-def test_a_worker_without_a_scheduler_lives_and_is_not_ready(farm: Farm, tmp_path: Path) -> None:
-    folder = tmp_path / "temporary"
-    folder.mkdir()
-    worker = farm.start_worker("node1", TMPDIR=str(folder))
-    wait_until(lambda: probes("worker.yaml", folder) == (True, True), 120, farm.logs)
+    assert check() == (0, [f"The scheduler at {address} answers, but has no worker with a device."])
+    farm.start_worker("node1")
+    wait_until(lambda: "device offered" in farm.workers["node1"].log.read_text(), 90, farm.logs)
+    status, (answers, device) = check()
+    assert (status, answers) == (0, f"The scheduler at {address} answers.")
+    assert re.fullmatch(r"Device cpu0@node1 is ready: .*, lanes 1.*\.", device)
+    stranger = tmp_path / "stranger"
+    certificate.write(stranger, certificate.VALID)
+    status, (fault,) = check(WOODCOCK_CERTIFICATES=str(stranger))
+    assert status == 2
+    assert fault.startswith(f"The scheduler at {address} cannot be reached with these certificates: [SSL: ")
     farm.scheduler.stop()
-    wait_until(lambda: "trying again" in worker.log.read_text(), 60, farm.logs)
-    let_a_minute_pass(folder)
-    wait_until(lambda: probes("worker.yaml", folder) == (True, False), 60, farm.logs)
-    assert worker.stop() == 0
+    status, (fault,) = check()
+    assert status == 2
+    assert fault.startswith(f"The scheduler at {address} cannot be reached with these certificates: ")
+    assert "Connection refused" in fault or "Timed out" in fault

@@ -228,7 +228,7 @@ def test_batches_come_in_pages_newest_first(client: TestClient, sweep: Sweep) ->
     items = [*first.json()["items"], *following.json()["items"]]
     assert [each["id"] for each in items][:3] == batches[::-1]
     assert items[0]["counts"]["queued"] == 4
-    assert set(items[0]) == {"id", "name", "created_at", "counts", "links"}
+    assert set(items[0]) == {"id", "owner", "name", "created_at", "counts", "links"}
     assert problem(client.get(PATH, params={"limit": 0}), 422)
     for method, path in (("GET", ""), ("POST", "/cancel"), ("DELETE", "")):
         assert problem(client.request(method, f"{PATH}/nobody{path}"), 404) == "There is no batch nobody."

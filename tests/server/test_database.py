@@ -34,7 +34,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "id": JOB, "name": "cube", "scene": "{\"film\": {\"width\": 4, \"height\": 4}}", "state": "succeeded",
         "created_at": THEN, "started_at": THEN, "finished_at": THEN, "samples": 7, "seconds": 0.5, "series": "[]",
         "usage": USAGE, "token": 2, "device": ANY, "spent": "{}", "priority": 3,
-        "batch": VOLUME, "point": "{\"seed\": 1}", "integrator": "transmittance",
+        "batch": VOLUME, "point": "{\"seed\": 1}", "integrator": "transmittance", "comparison": VOLUME, "owner": "ann",
     },
     "batches": {
         "id": VOLUME, "name": "", "scene": "{}", "product": "{\"seed\": [1]}", "zip": "{}", "created_at": THEN,
@@ -132,6 +132,15 @@ def test_the_migrations_lead_to_the_tables(database: str) -> None:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
         assert compare_metadata(context, metadata) == []
         assert context.get_current_revision() == ScriptDirectory.from_config(alembic_config()).get_current_head()
+    engine.dispose()
+
+
+def test_sweeps_are_owned_by_whom_their_jobs_are(database: str) -> None:
+    at_revision(database, "0015").dispose()
+    engine = open_database(database)
+    with engine.connect() as connection:
+        owners = connection.execute(text("SELECT owner FROM batches UNION ALL SELECT owner FROM comparisons"))
+        assert list(owners.scalars()) == ["ann", "ann"]
     engine.dispose()
 
 

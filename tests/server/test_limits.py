@@ -82,7 +82,9 @@ def test_more_jobs_than_an_owner_may_have_wait_outside(
         "queued",
         "cancelled",
     }
-    assert len(http.post("/api/v1/batches", json=swept, headers=bob).json()["jobs"]) == 2
+    batch = http.post("/api/v1/batches", json=swept, headers=bob).json()
+    assert (batch["owner"], len(batch["jobs"])) == ("bob", 2)
+    assert http.post("/api/v1/comparisons", json=compared, headers=bearer("cleo")).json()["owner"] == "cleo"
     swept["product"] = {"seed": [1, 2, 3, 4]}
     never = http.post("/api/v1/batches", json=swept, headers=ann)
     assert (never.status_code, never.json()["detail"]) == (

@@ -16,7 +16,7 @@ from woodcock_server.tables import batches, jobs
 
 
 def add(connection: Connection, asked: Row, made: Sequence[Row], now: datetime) -> str:
-    """A new batch; returns its id. asked: name, scene, product and zip; made: its jobs, in order."""
+    """A new batch; returns its id. asked: owner, name, scene, product and zip; made: its jobs, in order."""
     batch_id = new_id()
     connection.execute(insert(batches).values(id=batch_id, created_at=now, **asked))
     add_all(connection, {new_id(): {**job, "batch": batch_id} for job in made}, now)

@@ -66,9 +66,10 @@ class Links(BaseModel):
 
 
 class BatchSummary(BaseModel):
-    """counts: of its jobs, by state."""
+    """owner: as of its jobs; counts: of these, by state."""
 
     id: str
+    owner: str
     name: str
     created_at: datetime
     counts: dict[State, int]
@@ -108,7 +109,7 @@ def batch(row: Mapping[str, Any], rows: Iterable[tuple[Mapping[str, Any], str | 
 
 def _summary(row: Mapping[str, Any], counts: Mapping[State, int]) -> dict[str, Any]:
     links = Links(self=f"{PREFIX}/{row['id']}", jobs=f"{jobs.PREFIX}?batch={row['id']}")
-    return {"id": row["id"], "name": row["name"], "created_at": row["created_at"], "counts": counts, "links": links}
+    return {**{key: row[key] for key in ("id", "owner", "name", "created_at")}, "counts": counts, "links": links}
 
 
 def _job(row: Mapping[str, Any], waiting: str | None) -> BatchJob:

@@ -36,7 +36,7 @@ def create(services: Services, request: BatchCreate, owner: str, key: str | None
 def _create(services: Services, request: BatchCreate, owner: str, key: str | None) -> Batch:
     made = [{**job, "owner": owner} for job in _expanded(services, request)]
     admit(services, owner, [job["scene"] for job in made])
-    asked = request.model_dump(mode="json", include={"name", "scene", "product", "zip"})
+    asked = {**request.model_dump(mode="json", include={"name", "scene", "product", "zip"}), "owner": owner}
     now = datetime.now(UTC)
     with services.engine.begin() as connection:
         batch_id = repository.add(connection, asked, made, now)

@@ -14,17 +14,15 @@ from woodcock_server.jobs import repository
 from woodcock_server.tables import comparisons, jobs
 
 
-def add(
-    connection: Connection, asked: Mapping[str, Any], variants: Sequence[Variant], now: datetime, owner: str
-) -> str:
-    """A new comparison, with a job for each variant; returns its id. asked: name, scene, vary, seconds, reference and
-    device."""
+def add(connection: Connection, asked: Mapping[str, Any], variants: Sequence[Variant], now: datetime) -> str:
+    """A new comparison, with a job for each variant; returns its id. asked: owner, name, scene, vary, seconds,
+    reference and device."""
     comparison_id = new_id()
     made = []
     for variant in variants:
         name = f"{asked['name']}: {variant.label}" if asked["name"] else variant.label
         scene = variant.scene.model_dump(mode="json")
-        same = {"owner": owner, **{key: asked[key] for key in ("device", "reference")}}
+        same = {key: asked[key] for key in ("owner", "device", "reference")}
         job_id = repository.add(
             connection, {"name": name[:200], "scene": scene, "comparison": comparison_id, **same}, now
         )

@@ -103,9 +103,11 @@ class Links(BaseModel):
 
 
 class Comparison(BaseModel):
-    """state: failed if fewer than two jobs succeeded; rows, verdict: null until all jobs have ended."""
+    """owner: as of its jobs; state: failed if fewer than two of these succeeded; rows, verdict: null until all have
+    ended."""
 
     id: str
+    owner: str
     name: str
     state: State
     created_at: datetime

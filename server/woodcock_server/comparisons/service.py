@@ -53,10 +53,10 @@ def create(services: Services, request: ComparisonCreate, owner: str) -> RowMapp
         check.check(JobCreate(scene=variant.scene, device=request.device, reference=request.reference))
     taken = None if request.reference is None else reference.load(services.storage, request.reference).seed
     own = seeded(made, scene.seed, taken)
-    values = request.model_dump(mode="json") | {"device": _device(services, request.device)}
+    values = request.model_dump(mode="json") | {"device": _device(services, request.device), "owner": owner}
     admit(services, owner, [variant.scene.model_dump(mode="json") for variant in own])
     with services.engine.begin() as connection:
-        comparison_id = repository.add(connection, values, own, datetime.now(UTC), owner)
+        comparison_id = repository.add(connection, values, own, datetime.now(UTC))
     with services.engine.connect() as connection:
         found = repository.get(connection, comparison_id)
     assert found is not None, "comparisons are never deleted"

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from woodcock import __version__
+from woodcock.child import end_with_parent, lifeline
 from woodcock.device import WIDTHS, Context, Device, DeviceError, cache_folder, check_toolchain, find
 from woodcock.evaluate import evaluate
 from woodcock.files import replacing
@@ -68,7 +69,10 @@ def _fault(device: Device, lanes: int) -> str | None:
         return f"{device.platform} knows no AVX-512 for this processor, but uses a library built for it"
     command = [sys.executable, "-m", "woodcock.probe", device.id, str(lanes)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_SECONDS, check=False)
+        with lifeline() as stdin:
+            done = subprocess.run(
+                command, stdin=stdin, capture_output=True, text=True, timeout=TIMEOUT_SECONDS, check=False
+            )
     except subprocess.TimeoutExpired:
         return f"the check of {lanes} lanes did not end within {TIMEOUT_SECONDS} s"
     if done.returncode == 0:
@@ -105,6 +109,7 @@ def check(device: Device, lanes: int) -> None:
 
 
 if __name__ == "__main__":
+    end_with_parent()
     try:
         check(find(sys.argv[1]), int(sys.argv[2]))
     except DeviceError as error:

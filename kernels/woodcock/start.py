@@ -10,13 +10,13 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import weakref
 from contextlib import suppress
 from functools import cache
 from typing import IO, Literal
 
+from woodcock.child import end_with_parent
 from woodcock.device import Device, DeviceError, find
 from woodcock.formats import VolumeError
 from woodcock.generic import widen
@@ -176,7 +176,7 @@ def prepare(device: Device) -> None:
 def _serve(device_id: str) -> None:
     """The child: builds the program of the scene in the first line of stdin, or if that is empty the generic one."""
     line = sys.stdin.readline()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     try:
         device = find(device_id)
         if line.strip():
@@ -186,12 +186,6 @@ def _serve(device_id: str) -> None:
             prepare(device)
     except (DeviceError, SceneError, VolumeError, ImageError) as error:
         sys.exit(str(error).splitlines()[0])
-
-
-def _end_with_parent() -> None:
-    """The parent never closes the pipe: its end is the parent's."""
-    os.read(sys.stdin.fileno(), 1)
-    os._exit(1)
 
 
 if __name__ == "__main__":

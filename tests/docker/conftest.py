@@ -6,17 +6,22 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import psutil
 import pytest
+import yaml
+from tests.server.conftest import postgres as postgres
+from tests.server.s3_server import VERSION, program
 
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = ROOT / "docker" / "Dockerfile"
@@ -205,23 +210,49 @@ def contain(image: Image, tmp_path: Path) -> Iterator[Callable[..., Container]]:
         container.process.wait()
 
 
-@contextmanager
-def running(image: Image, folder: Path, *commands: list[str]) -> Iterator[None]:
-    """Commands of the image by `buildah run`, on the machine's own network, until the block is left.
+#: Capabilities that Buildah gives to a container, at most; its "ALL" would drop those, too, that are added.
+GIVEN = {"AUDIT_WRITE", "CHOWN", "DAC_OVERRIDE", "FOWNER", "FSETID", "KILL", "MKNOD", "NET_BIND_SERVICE", "NET_RAW"}
+GIVEN |= {"SETFCAP", "SETGID", "SETPCAP", "SETUID", "SYS_CHROOT"}
 
-    Each has its own data and cache; what lies in the folder `farm` is all of theirs.
-    """
-    with ExitStack() as stack:
-        for number, command in enumerate(commands):
-            volumes = []
-            for mount, path in (("data", f"data{number}"), ("cache", f"cache{number}"), ("farm", "farm")):
-                _of_user(folder / path)
-                volumes += ["--volume", f"{folder / path}:/{mount}"]
-            run = [*image.buildah.command, "run", "--isolation", "chroot", *volumes, image.container, "--"]
-            log = stack.enter_context((folder / f"log{number}.txt").open("w"))
-            process = subprocess.Popen([*run, *image.config["Entrypoint"], *command], stdout=log, stderr=log)
-            stack.callback(_end, process)
-        yield
+
+class Part:
+    """A composed service of the image by `buildah run`, on the machine's own network. Each has its own data, cache and
+    temporary folder."""
+
+    def __init__(self, image: Image, folder: Path, name: str, service: dict[str, Any], **shared: Path) -> None:
+        """shared: what is mounted by these names."""
+        self.log = folder / f"log-{name}.txt"
+        options = ["--user", service.get("user", USER)]
+        for key, value in service.get("environment", {}).items():
+            options += ["--env", f"{key}={value}"]
+        own = {mount: folder / f"{mount}-{name}" for mount in ("data", "cache", "tmp")}
+        for path in own.values():
+            _of_user(path)
+        for mount, path in (own | shared).items():
+            options += ["--volume", f"{path}:/{mount}"]
+        for dropped in sorted(GIVEN - {*service.get("cap_add", ())}):
+            options += ["--cap-drop", f"CAP_{dropped}"]
+        self._run = [*image.buildah.command, "run", "--isolation", "chroot", *options]
+        self._run += [image.container, "--"]
+        self._command = [*service.get("entrypoint", image.config["Entrypoint"])]
+        self._command += service.get("command", image.config["Cmd"])
+
+    def run(self, *command: str) -> int:
+        """This one, or another beside it; the exit status."""
+        with self.log.open("a") as log:
+            return subprocess.run(
+                [*self._run, *(command or self._command)], stdout=log, stderr=log, timeout=120
+            ).returncode
+
+    @contextmanager
+    def running(self, *more: str) -> Iterator[None]:
+        """more: arguments."""
+        with self.log.open("a") as log:
+            process = subprocess.Popen([*self._run, *self._command, *more], stdout=log, stderr=log)
+        try:
+            yield
+        finally:
+            _end(process)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -234,3 +265,42 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         process.kill()
         process.wait()
         raise
+
+
+def composed(name: str) -> dict[str, dict[str, Any]]:
+    """Services of a compose file, by their names."""
+    services: dict[str, dict[str, Any]] = yaml.safe_load((ROOT / "docker" / name).read_text())["services"]
+    return services
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[dict[str, str]]:
+    """The farm's object store by its composed command, in tmp_path / "objects"; the service's settings for it."""
+    farm = composed("compose.farm.yaml")
+    store, settings = farm["store"], farm["woodcock"]["environment"]
+    assert settings["AWS_ENDPOINT_URL"] == "http://store:7070"
+    assert store["image"].split(":")[-1] == VERSION, "the one that is tried here"
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        address = "{}:{}".format(*free.getsockname())
+    gateway, [script] = program(), store["command"]
+    environment = {"PATH": f"{gateway.parent}:{os.environ['PATH']}", "VGW_PORT": address}
+    with (tmp_path / "store.txt").open("w") as log:
+        process = subprocess.Popen(
+            [*store["entrypoint"], script.replace("/data", str(tmp_path / "objects"))],
+            env=store["environment"] | environment,
+            stdout=log,
+            stderr=log,
+        )
+    health = store["healthcheck"]["test"][-1].replace("127.0.0.1:7070", address)
+    end = time.monotonic() + 20
+    try:
+        while True:
+            with suppress(httpx2.TransportError):
+                if httpx2.get(health).is_success:
+                    break
+            assert time.monotonic() < end, (tmp_path / "store.txt").read_text()
+            time.sleep(0.05)
+        yield {name: value.replace("store:7070", address) for name, value in settings.items()}
+    finally:
+        process.terminate()
+        assert process.wait(20) == 0

@@ -16,13 +16,15 @@ import httpx2
 import numpy as np
 import OpenImageIO
 import pytest
+import yaml
+from psycopg.conninfo import conninfo_to_dict
 
 from woodcock.device import find
 from woodcock.render import Renderer
 from woodcock.scene import parse
 from woodcock_server import certificate
 
-from .conftest import USER, Container, Image, running
+from .conftest import DOCKERFILE, USER, Container, Image, Part, composed
 
 pytestmark = [pytest.mark.image, pytest.mark.timeout(1800)]
 
@@ -42,8 +44,9 @@ SCENE: dict[str, Any] = {
     "film": {"width": 64, "height": 48},
     "stop": {"kind": "samples", "samples": SAMPLES},
 }
-SERVE = ["serve", "--host", "127.0.0.1", "--data", "/data"]
 LONG = SCENE | {"stop": {"kind": "seconds", "seconds": 600}}
+#: Of PostgreSQL, in the folder that a URL calls its host.
+SOCKET = ".s.PGSQL.5432"
 #: Bytes; the image's README says how much there is.
 LARGEST = 850e6
 
@@ -67,24 +70,50 @@ def free_port() -> int:
 
 def test_a_job_gives_the_picture_that_is_rendered_outside(image: Image, tmp_path: Path) -> None:
     port = free_port()
-    with running(image, tmp_path, [*SERVE, "--port", str(port)]):
+    service = {"command": ["serve", "--host", "127.0.0.1", "--port", str(port), "--data", "/data"]}
+    with Part(image, tmp_path, "woodcock", service).running():
         job = render(port, tmp_path)
     assert job["devices"] == ["cpu0"]
     assert_as_outside(tmp_path / "inside.exr")
 
 
-def test_a_scheduler_and_a_worker_render_for_the_service(image: Image, tmp_path: Path) -> None:
+def test_the_composed_farm_renders(
+    image: Image, tmp_path: Path, store: dict[str, str], postgres: Callable[[], str]
+) -> None:
+    """Each service by its composed command and settings; of the other images, what they hold runs outside."""
     port, farm = free_port(), free_port()
-    certificate.write(tmp_path / "farm", timedelta(days=1))
-    for path in (tmp_path / "farm").iterdir():
-        os.chown(path, int(USER), int(USER))
-    address = ["--scheduler", f"tls://127.0.0.1:{farm}", "--certificates", "/farm"]
-    scheduler = ["scheduler", "--host", "127.0.0.1", "--port", str(farm), "--certificates", "/farm"]
-    service = [*SERVE, "--port", str(port), *address]
-    with running(image, tmp_path, scheduler, ["worker", *address, "--name", "node7"], service):
+    database = conninfo_to_dict(postgres())
+    composed_url = "woodcock:${POSTGRES_PASSWORD:?choose one}@database/woodcock"
+    names = {
+        "scheduler:8786": f"127.0.0.1:{farm}",
+        composed_url: "{user}@/{dbname}?host=/database".format(**database),
+    }
+    (tmp_path / "farm").mkdir()
+
+    def part(name: str, **more: str) -> Part:
+        service = composed("compose.yaml")[name]
+        environment = service.get("environment", {}) | more
+        for there, here in names.items():
+            environment = {key: value.replace(there, here) for key, value in environment.items()}
+        shared = {"farm": tmp_path / "farm", f"database/{SOCKET}": Path(str(database["host"]), SOCKET)}
+        return Part(image, tmp_path, name, service | {"environment": environment}, **shared)
+
+    assert part("certificates").run() == 0
+    scheduler, worker, service = part("scheduler"), part("worker"), part("woodcock", **store)
+    with (
+        scheduler.running("--host", "127.0.0.1", "--port", str(farm)),
+        worker.running("--name", "node7"),
+        service.running("--host", "127.0.0.1", "--port", str(port)),
+    ):
         job = render(port, tmp_path)
+        for name, one in (("scheduler", scheduler), ("worker", worker)):
+            kind, script = composed("compose.yaml")[name]["healthcheck"]["test"]
+            assert kind == "CMD-SHELL"
+            assert one.run("sh", "-c", script) == 0
     assert job["devices"] == ["cpu0@node7"]
     assert_as_outside(tmp_path / "inside.exr")
+    assert list((tmp_path / "objects/woodcock/jobs").rglob("image.exr*"))
+    assert not list((tmp_path / "data-woodcock").glob("*.sqlite"))
 
 
 def render(port: int, folder: Path) -> dict[str, Any]:
@@ -117,7 +146,7 @@ def wait_until_ready(http: httpx2.Client, folder: Path) -> None:
         except httpx2.TransportError:
             pass
         time.sleep(0.2)
-    pytest.fail("\n".join(path.read_text() for path in sorted(folder.glob("log*.txt"))))
+    pytest.fail("\n".join(path.read_text() for path in sorted(folder.glob("log-*.txt"))))
 
 
 def test_nobody_in_it_can_write_but_to_its_mounts(contain: Contain) -> None:
@@ -146,6 +175,33 @@ def test_it_ends_where_it_is_stopped_while_it_starts(contain: Contain, seconds: 
     time.sleep(seconds)
     assert container.stop() == 0
     assert "Traceback" not in container.log.read_text()
+
+
+def test_a_worker_is_probed_while_there_is_no_scheduler(contain: Contain, tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    certificate.write(tmp_path / "data/farm", timedelta(days=1))
+    for path in (tmp_path / "data/farm", *(tmp_path / "data/farm").iterdir()):
+        os.chown(path, int(USER), int(USER))
+    manifest = yaml.safe_load((DOCKERFILE.parent / "kubernetes/base/worker.yaml").read_text())
+    [pod] = manifest["spec"]["template"]["spec"]["containers"]
+    container = contain("worker", "--scheduler", "tls://127.0.0.1:8786", "--certificates", "/data/farm")
+
+    def probe(kind: str) -> bool:
+        return not container.run(*pod[f"{kind}Probe"]["exec"]["command"]).returncode
+
+    assert not probe("startup")
+    container.wait_until(lambda: probe("startup"))
+    assert probe("liveness")
+    assert not probe("readiness")
+    assert container.stop() == 0
+
+
+def test_a_driver_can_be_left_out(contain: Contain) -> None:
+    container, vendors = contain(), "/etc/OpenCL/vendors"
+    assert composed("compose.yaml")["worker-gpu"]["environment"]["OCL_ICD_VENDORS"] == f"{vendors}/nvidia.icd"
+    for driver, devices in (("pocl", True), ("nvidia", False)):
+        listed = container.run("env", f"OCL_ICD_VENDORS={vendors}/{driver}.icd", "woodcock", "devices")
+        assert ("cpu0" in listed.stdout) is devices, listed
 
 
 def test_a_job_that_a_stop_interrupts_goes_on_with_the_next_start(contain: Contain) -> None:

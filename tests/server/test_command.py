@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 import re
 import socket
+import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 import typer
 from alembic import command
@@ -165,6 +169,34 @@ def test_those_who_follow_a_job_do_not_hold_up_the_end(
         assert "event: end" not in list(lines), "the stream closes; the job has not ended"
     assert own_service.process.wait(30) in (-15, 143)
     assert "timeout" not in own_service.log.read_text()
+
+
+def test_a_stop_is_obeyed_while_devices_are_tried(own_service: Service, tmp_path: Path) -> None:
+    own_service.environment["XDG_CACHE_HOME"] = str(tmp_path)  # nothing is known of any device
+
+    def trials() -> list[psutil.Process]:
+        found = psutil.Process(own_service.process.pid).children() if own_service.process else []
+        return [child for child in found if "woodcock.probe" in child.cmdline()]
+
+    with ThreadPoolExecutor(1) as pool:
+        starting = pool.submit(own_service.start)
+        while not (under_way := trials()):
+            time.sleep(0.02)
+        for trial in under_way:
+            trial.suspend()  # as one that hangs
+        assert own_service.process is not None
+        with own_service.process as process:
+            process.terminate()
+            assert process.wait(10) in (-15, 143)
+            own_service.process = None
+            with pytest.raises(AssertionError):  # It never was ready.
+                starting.result()
+    for trial in under_way:
+        with suppress(psutil.NoSuchProcess):
+            trial.resume()
+    _, left = psutil.wait_procs(under_way, timeout=10)
+    assert not left, "trials end with the service"
+    assert "Traceback" not in own_service.log.read_text()
 
 
 def test_every_setting_is_in_the_readme() -> None:

@@ -6,7 +6,6 @@ import asyncio
 import logging
 import signal
 import socket
-import tempfile
 from collections.abc import Coroutine
 from contextlib import suppress
 from datetime import timedelta
@@ -23,6 +22,7 @@ from woodcock_server.cluster import HTTP, SETTINGS
 from woodcock_server.config import Settings
 from woodcock_server.devices.service import discover
 from woodcock_server.farm import host
+from woodcock_server.farm.signs import ALIVE, given
 from woodcock_server.steady import keep_time
 from woodcock_server.usable import settings_of
 
@@ -72,7 +72,7 @@ async def _schedule(host: str, port: int, secure: Security) -> None:
             await started
         except OSError as error:
             _fail(f"Cannot listen on {host}:{port}: {error}.")
-        async with started:
+        async with started, given(lambda: [ALIVE]):
             typer.echo(f"The scheduler is ready: {started.address}")
             await started.finished()  # type: ignore[no-untyped-call]
 
@@ -98,12 +98,7 @@ def worker(
     found = discover(settings.worker_name or socket.gethostname()[:48])
     if not any(one.ready for one in found):
         _fail(f"No OpenCL device of this machine can be used{''.join(f'; {one.probe.fault}' for one in found)}.", 1)
-    with tempfile.TemporaryDirectory(prefix="woodcock-") as scratch:
-        _until_stopped(
-            host.work(
-                settings.scheduler, secure, found, Path(scratch), settings.worker_memory, prepare=settings.prepare
-            )
-        )
+    _until_stopped(host.work(settings.scheduler, secure, found, settings.worker_memory, prepare=settings.prepare))
 
 
 def _secure(settings: Settings) -> Security:

@@ -17,6 +17,8 @@ from tests.server.conftest import Service
 
 from woodcock_server import certificate
 
+from .network import Network
+
 PROGRAM = """\
 import typer
 from woodcock_server.farm.command import {command}
@@ -130,3 +132,12 @@ class Farm:
         for part in [*self.workers.values(), self.scheduler]:
             if part.process.poll() is None:
                 part.stop(signal.SIGKILL)
+
+
+def on_hosts(folder: Path, network: Network) -> Farm:
+    """A farm on separate hosts; the scheduler, and whoever starts it, are on head."""
+    farm = Farm(folder, network.within)
+    # A cable that is pulled out is noticed within 12 s, the least that Dask takes, not half a minute.
+    farm.environment["DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP"] = "12s"
+    farm.start_scheduler(network.addresses["head"], port=8786)
+    return farm

@@ -25,6 +25,22 @@ from woodcock_server.farm.command import {command}
 if __name__ == '__main__': typer.run({command})
 """
 
+# Preludes
+
+#: Ranges of one size in a service: sums of floats are the same only where they are of the same samples.
+PIECES = "from woodcock_server import rounds\nrounds.share = lambda *_: 64\n"
+#: And each takes a while, in a worker.
+SLOWLY = """\
+import time
+from woodcock_server import worker
+render = worker.render_range
+def render_range(*args):
+    time.sleep(0.4)
+    return render(*args)
+worker.render_range = render_range
+render_range.__module__, render_range.__qualname__ = worker.__name__, "render_range"
+"""
+
 
 def wait_until(reached: Callable[[], Any], seconds: float, log: Callable[[], str] = str) -> None:
     end = time.monotonic() + seconds

@@ -6,31 +6,20 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 from tests.server.conftest import Service
 
 from woodcock.image import read_exr
 
-from .harness import Farm
+from .harness import PIECES, SLOWLY, Farm
+from .network import Network, fault
 from .test_farm import ended
 
 Make = Callable[..., dict[str, Any]]
 
 pytestmark = pytest.mark.slow
 
-#: Ranges of one size in a service: sums of floats are the same only where they are of the same samples.
-PIECES = "from woodcock_server import rounds\nrounds.share = lambda *_: 64\n"
-#: And each takes a while, in a worker.
-SLOWLY = """\
-import time
-from woodcock_server import worker
-render = worker.render_range
-def render_range(*args):
-    time.sleep(0.4)
-    return render(*args)
-worker.render_range = render_range
-render_range.__module__, render_range.__qualname__ = worker.__name__, "render_range"
-"""
 SAMPLES = 64 * 24
 
 
@@ -65,6 +54,18 @@ def running(hosts: Farm, scene: dict[str, Any]) -> Service:
     for name in ("node1", "node2"):
         service.wait(service.submit({**scene, "stop": {"kind": "samples", "samples": 1}}, f"cpu0@{name}"), ended, 120)
     return service
+
+
+def test_the_machines_own_network_stays_as_it_is() -> None:
+    """Browsers, for one, break off what they do where it changes."""
+    if reason := fault():
+        pytest.skip(f"separate hosts cannot be had here: {reason}")
+    before, network = psutil.net_if_addrs(), Network("one", "other")
+    with network.made():
+        assert psutil.net_if_addrs() == before
+        with network.being("one"):
+            assert psutil.net_if_addrs()["eth0"][0].address == network.addresses["one"]
+    assert psutil.net_if_addrs() == before
 
 
 def test_two_hosts_render_the_picture_of_one(hosts: Farm, running: Service, scene: dict[str, Any]) -> None:

@@ -27,9 +27,7 @@ NO_FILM = dict.fromkeys(
 )
 GONE_BY = {"ended": "the lease is renewed no more", "claim": "the lease is not renewed yet"}
 SHARED = {"sqlite": "what machines share is tried with PostgreSQL"}
-#: Longer than a request to the object store takes to be given up, seconds; nothing happens later.
-AWAY = 18.0
-SHORTER = dict.fromkeys(STAGES.keys() - {"mid-range", "exr"}, f"{AWAY:g} s of it are tried there")
+SHORTER = dict.fromkeys(STAGES.keys() - {"mid-range", "exr"}, "a shorter time is tried there")
 #: Of a farm's hosts.
 NODE1 = "cpu0@node1"
 
@@ -49,9 +47,10 @@ FAULTS = [
     Fault("stopped for two leases", strikes.stopped, "pair", lasts=2 * LEASE),
     Fault("checkpoint truncated", strikes.corrupted(strikes.truncate), left_out=NO_FILM),
     Fault("checkpoint's bits flipped", strikes.corrupted(strikes.flip), left_out=NO_FILM),
-    Fault("object store killed", strikes.store_killed, "bucket", lasts=AWAY, left_out=SHARED),
+    Fault("object store killed", strikes.store_killed, "bucket", lasts=6, left_out=SHARED),
     Fault("object store killed for a minute", strikes.store_killed, "bucket", lasts=60, left_out=SHARED | SHORTER),
-    Fault("object store hangs", strikes.store_hangs, "bucket", lasts=AWAY, left_out=SHARED),
+    # Longer than until a request is given up.
+    Fault("object store hangs", strikes.store_hangs, "bucket", lasts=18, left_out=SHARED),
     Fault("object store, service killed", strikes.service_killed, "bucket", left_out=SHARED),
     Fault("farm: dispatcher killed", strikes.dispatcher_killed, "farm", NODE1, left_out=SHARED),
     Fault("farm: dispatcher stopped for two leases", strikes.stopped, "farm", NODE1, 2 * LEASE, SHARED),

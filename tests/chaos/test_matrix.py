@@ -25,12 +25,13 @@ ALWAYS = {("sqlite", "dispatcher cancelled", "merged")}
 
 
 def cells() -> Iterator[Any]:
-    """By the rigs that they need, so that each is made once."""
+    """By the rigs that they need, so that each is made once; several processes share them out by these."""
     for database in ("sqlite", "postgresql"):
         for fault in sorted(FAULTS, key=lambda fault: fault.rig):
             for stage in STAGES:
                 if not {stage, database} & fault.left_out.keys():
-                    marks = [] if (database, fault.name, stage) in ALWAYS else [pytest.mark.chaos]
+                    marks = [pytest.mark.xdist_group(f"{database} {fault.rig}")]
+                    marks += [] if (database, fault.name, stage) in ALWAYS else [pytest.mark.chaos]
                     yield pytest.param(
                         database, fault, stage, marks=marks, id=f"{database}-{fault.name}-{stage}".replace(" ", "-")
                     )

@@ -16,7 +16,7 @@ from .faults import NODE1
 from .rig import Rig, wait_until
 from .strikes import stop_between_writes
 
-pytestmark = pytest.mark.chaos
+pytestmark = [pytest.mark.chaos, pytest.mark.xdist_group("postgresql farm")]
 
 #: What jobs ask for.
 DEVICES = [NODE1, "any"]

@@ -31,8 +31,10 @@ class Pace:
         return max(1, min(int(self.rate * seconds / pixels), GROWTH * self.last))
 
 
-def fit(pace: Pace, seconds: float, nothing_yet: bool, pixels: int = 1) -> int:
+def fit(pace: Pace, seconds: float, nothing_yet: bool, pixels: int = 1, longest: float = RANGE_SECONDS) -> int:
     """How many samples of so many pixels fit into the seconds that are left; 0 when it is time to stop.
+
+    longest: seconds that a range should take.
 
     Counts and times of past ranges decide, never what a running range does: to drop the slow ones would be a bias.
     """
@@ -40,4 +42,4 @@ def fit(pace: Pace, seconds: float, nothing_yet: bool, pixels: int = 1) -> int:
         return 1
     if seconds <= 0 or pace.rate * seconds / pixels < 0.5:
         return 0
-    return pace.size(min(seconds, RANGE_SECONDS), pixels)
+    return pace.size(min(seconds, longest), pixels)

@@ -10,6 +10,13 @@ from woodcock.pace import RANGE_SECONDS, Pace
 
 #: A range of less than this is not worth handing out, unless it is what is left.
 LEAST_SECONDS = 0.1
+#: A device that is lost may cost as much, or a quarter of what it may take before it is killed.
+LONGEST_SECONDS = 60.0
+#: What a range costs the dispatcher, as measured ("How large" in README): seconds, and in parts of what merging its
+#: film takes. The film comes over TLS, which takes half again as long.
+HANDING_SECONDS, FILM = 0.006, 2.5
+#: For how much of its time the dispatcher may be busy with that.
+BUSY = 0.5
 
 
 class Pool:
@@ -40,10 +47,19 @@ class Pool:
         return piece
 
 
-def share(pace: Pace, pool: Pool, total_rate: float) -> int:
+def length(devices: int, merging: float, longest: float = LONGEST_SECONDS) -> float:
+    """How long a range should take, seconds: a second, or as long as the dispatcher, which serves one device after the
+    other, needs for all of them.
+
+    merging: seconds that merging a film takes.
+    """
+    return max(RANGE_SECONDS, min(devices * (HANDING_SECONDS + FILM * merging) / BUSY, longest))
+
+
+def share(pace: Pace, pool: Pool, total_rate: float, seconds: float = RANGE_SECONDS) -> int:
     """How many samples of the pool's next pixels this device should render, so that all devices end together.
 
-    pool: not empty; total_rate: of all devices, paths per second.
+    pool: not empty; total_rate: of all devices, paths per second; seconds: that it should take.
     """
     fair = math.ceil(pool.left * pace.rate / (total_rate * pool.pixels)) if total_rate > 0 else 1
-    return min(pace.size(RANGE_SECONDS, pool.pixels), max(fair, pace.size(LEAST_SECONDS, pool.pixels)))
+    return min(pace.size(seconds, pool.pixels), max(fair, pace.size(LEAST_SECONDS, pool.pixels)))

@@ -30,6 +30,7 @@ from woodcock_server.errands import DeviceLostError, Errands
 from woodcock_server.jobs import reference
 from woodcock_server.jobs.states import State
 from woodcock_server.metrics import Metrics
+from woodcock_server.ranges import LONGEST_SECONDS
 from woodcock_server.results import UNWRITTEN
 from woodcock_server.rounds import Rounds
 from woodcock_server.storage import Storage
@@ -39,6 +40,7 @@ log = structlog.get_logger()
 
 PROGRESS_SECONDS = 1.0  # between previews and writes of the row
 CHECKPOINT_SECONDS = 2.0  # between writes of the Film: what a crash may cost
+WRITING = 9.0  # large pictures: so many times what writing took passes before the next, a tenth of the time goes there
 WRITE_AGAIN_SECONDS = 2.0  # after the disk did not take what the job cannot do without
 
 #: Before a device that is gone is looked for again.
@@ -68,6 +70,7 @@ class Rendering:
         self._cluster, self._recruit = cluster, recruit
         self._storage, self._metrics = storage, metrics
         self._errands = Errands(cluster, f"{claim.id}-{claim.token}", settings)
+        self._longest = min(LONGEST_SECONDS, settings.range_seconds / 4)
         self._film: Film | None = None
         self._reference: Reference | None = None
         self._books = Books(row)
@@ -110,7 +113,7 @@ class Rendering:
         await self._resume()
         kept = self.samples
         log.info("job claimed", token=self.claim.token, samples_kept=kept)
-        self._rounds = await in_thread(Rounds, self._scene, self.devices, self._film)
+        self._rounds = await in_thread(Rounds, self._scene, self.devices, self._film, self._longest)
         try:
             await self._drive_all()
         except ExceptionGroup as errors:
@@ -230,15 +233,17 @@ class Rendering:
 
     async def _merge(self, device: str, film: Film, seconds: float, program: str) -> None:
         async with self._merging:
+            began = time.monotonic()
             with self._timing("merge"):
                 self._film = await in_thread(self._film.merge, film) if self._film else self._checked(film)
+            took = time.monotonic() - began
             self._books.rendered(device, film, seconds, program)
             self._metrics.rendered(device, int(film.count.sum()), seconds)
             if series.due(self._books.series, self._film):
                 await self._measure(self._film)
             if time.monotonic() - self._progress_at >= PROGRESS_SECONDS:
                 await self._record(self._film)
-            if self._rounds.merged():
+            if self._rounds.merged(took):
                 await in_thread(self._rounds.begin, self._film)
                 self._begin_turn()
 
@@ -274,6 +279,7 @@ class Rendering:
 
     async def _record(self, film: Film) -> None:
         """Preview and row, and the Film when it is time: the row counts no samples of which there is no preview."""
+        began = time.monotonic()
         values = await in_thread(results.figures, self._scene, film, self.seconds)
         try:
             with self._timing("write"):
@@ -286,7 +292,7 @@ class Rendering:
                     await self._save(film)
         except UNWRITTEN as error:  # The next ones may be; the Film is in memory.
             log.warning("progress not written", reason=str(error))
-        self._progress_at = time.monotonic()
+        self._progress_at = time.monotonic() + WRITING * (time.monotonic() - began)
 
     async def _save(self, film: Film) -> None:
         """The checkpoint, and first what the row says of it."""
@@ -294,8 +300,7 @@ class Rendering:
         await self.claim.write({**self._books.columns(), "seconds": self.seconds})
         await self.claim.keep(film)
         self._books.kept(film)
-        # A large Film takes long to write: no more than a tenth of the time goes into that.
-        self._checkpoint_at = time.monotonic() + 9 * (time.monotonic() - began)
+        self._checkpoint_at = time.monotonic() + WRITING * (time.monotonic() - began)
 
     async def _until_written(self, write: Callable[[], Awaitable[T]]) -> T:
         """For what the job cannot go on without, and must not fail for: samples are dearer than time."""

@@ -8,7 +8,7 @@ from woodcock.contract import Piece, next_round
 from woodcock.film import Film
 from woodcock.pace import Pace, fit
 from woodcock.scene import Scene, SecondsStop
-from woodcock_server.ranges import Pool, share
+from woodcock_server.ranges import LONGEST_SECONDS, Pool, length, share
 
 #: Pieces that a device has at a time: it renders one while the other waits.
 AT_A_TIME = 2
@@ -20,12 +20,16 @@ class Rounds:
     over: the contract is met.
     """
 
-    def __init__(self, scene: Scene, devices: Sequence[str], film: Film | None) -> None:
-        """film: of former attempts."""
+    def __init__(
+        self, scene: Scene, devices: Sequence[str], film: Film | None, longest: float = LONGEST_SECONDS
+    ) -> None:
+        """film: of former attempts; longest: seconds that a piece may take."""
         self._stop, self._pixels = scene.stop, scene.film.width * scene.film.height
         self._paces = {device: Pace() for device in devices}
         self._with: dict[str, list[Piece]] = {device: [] for device in devices}
         self._unmerged = 0
+        self._longest = longest
+        self._merging, self._merges = 0.0, 0  # seconds, and of how many films
         self._begun = self._kept = film is not None
         self.begin(film)
 
@@ -62,22 +66,25 @@ class Rounds:
     def _count(self, device: str, seconds: float) -> int:
         """Samples of the next piece."""
         pace = self._paces[device]
+        should = length(len(self._paces), self._merging / max(self._merges, 1), self._longest)
         if not isinstance(self._stop, SecondsStop):
-            return share(pace, self._pool, sum(other.rate for other in self._paces.values()))
+            return share(pace, self._pool, sum(other.rate for other in self._paces.values()), should)
         ahead = sum((piece.stop - piece.start) * piece.width(self._pixels) for piece in self._with[device])
         if pace.rate == 0 and ahead:  # One sample tells how long a second would take.
             return 0
         left = self._stop.seconds - seconds - (ahead / pace.rate if ahead else 0.0)
-        return fit(pace, left, nothing_yet=not self._begun, pixels=self._pool.pixels)
+        return fit(pace, left, nothing_yet=not self._begun, pixels=self._pool.pixels, longest=should)
 
     def rendered(self, device: str, seconds: float) -> None:
         """The first of the pieces that the device has is done; it took so long."""
         piece = self._with[device].pop(0)
         self._paces[device].measured(piece.stop - piece.start, seconds, piece.width(self._pixels))
 
-    def merged(self) -> bool:
-        """Another piece is in the film. Has the round ended?"""
+    def merged(self, seconds: float = 0.0) -> bool:
+        """Another piece is in the film; merging took so long. Has the round ended?"""
         self._unmerged -= 1
+        self._merging += seconds
+        self._merges += 1
         self._kept = True
         return not (self._unmerged or self._pool.left)
 

@@ -89,7 +89,7 @@ jobs = Table(
     Column("lease_until", UtcDateTime),
     Index(None, "state", "priority", "id"),
     # Whole answers: what each owner rendered lately, waits for, keeps.
-    Index(None, "started_at", "owner", "seconds"),
+    Index(None, "owner", "started_at", "seconds"),
     Index(None, "owner", "state", "paths"),
     Index(None, "owner", "size"),
     Index(None, "finished_at", "id"),

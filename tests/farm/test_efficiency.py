@@ -14,6 +14,7 @@ import pytest
 from woodcock.device import find
 from woodcock.render import Renderer
 from woodcock.scene import parse
+from woodcock_server.ranges import LONGEST_SECONDS
 
 from .harness import Farm
 from .simulation import Costs, efficiency
@@ -26,7 +27,7 @@ RANGES = 30
 
 PIECES = f"from woodcock_server import rounds\nrounds.share = lambda *_: {PIECE}\n"
 
-#: Devices that sleep in place of rendering.
+#: Devices that sleep in place of rendering, for as long as the samples take that they are asked for.
 SIMULATED = f"""\
 import json, os, time
 import numpy as np
@@ -49,10 +50,11 @@ def prepare(scene, device_id, own):
 
 def render_range(scene, device_id, start, stop, pixels):
     began = time.perf_counter()
-    time.sleep({RANGE})
-    mean = np.ones((16, 16, 1))
-    film = Film(np.full((16, 16), stop - start, np.uint32), mean, 0.1 * mean, ("Y",), ((start, stop),))
-    return film, time.perf_counter() - began, "simulated"
+    time.sleep({RANGE / PIECE} * (stop - start))
+    seconds, film = time.perf_counter() - began, json.loads(scene)["film"]
+    mean = np.ones((film["height"], film["width"], 1))
+    count = np.full(mean.shape[:2], stop - start, np.uint32)
+    return Film(count, mean, 0.1 * mean, ("Y",), ((start, stop),)), seconds, "simulated"
 
 def certify(scene, device_id):
     raise RuntimeError("a simulated device has no evidence")
@@ -62,6 +64,26 @@ for function in (prepare, render_range, certify):
     setattr(functions, function.__name__, function)
     function.__module__ = functions.__name__
 """
+
+
+def rendered(farm: Farm, scene: dict[str, Any], workers: int, prelude: str) -> tuple[float, float, float]:
+    """The scene, by so many simulated devices, each for RANGES × RANGE seconds: which part of its time a device
+    renders, and how many seconds of processor time service and scheduler take."""
+    scene["stop"] = {"kind": "samples", "samples": PIECE * RANGES * workers}
+    facts = json.dumps(Renderer(parse(json.dumps(scene)), find()).facts())
+    service = farm.start_service(prelude=prelude)
+    farm.start_worker("node", SIMULATED, SIMULATED=str(workers), FACTS=facts)
+    farm.wait_for(service, *(f"cpu{number}@node" for number in range(workers)), seconds=400)
+    assert service.process is not None
+    processes = [psutil.Process(pid) for pid in (service.process.pid, farm.scheduler.process.pid)]
+    before = [sum(process.cpu_times()[:2]) for process in processes]
+    job_id = service.submit(scene)
+    job = service.wait(job_id, ended, 300)
+    assert job["state"] == "succeeded"
+    taken = [sum(process.cpu_times()[:2]) - each for process, each in zip(processes, before, strict=True)]
+    report = service.http.get(f"/api/v1/jobs/{job_id}/report.json").json()
+    assert report["sample_ranges"] == [[0, scene["stop"]["samples"]]]
+    return RANGES * RANGE / report["seconds"]["render"], taken[0], taken[1]
 
 
 @pytest.mark.slow
@@ -74,24 +96,28 @@ def test_a_farm_uses_its_devices(
     least: float,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    scene = make_scene(samples=PIECE * RANGES * workers)
-    facts = json.dumps(Renderer(parse(json.dumps(scene)), find()).facts())
-    service = farm.start_service(prelude=PIECES)
-    farm.start_worker("node", SIMULATED, SIMULATED=str(workers), FACTS=facts)
-    farm.wait_for(service, *(f"cpu{number}@node" for number in range(workers)), seconds=400)
-    assert service.process is not None
-    before = sum(psutil.Process(service.process.pid).cpu_times()[:2])
-    job_id = service.submit(scene)
-    job = service.wait(job_id, ended, 300)
-    took = sum(psutil.Process(service.process.pid).cpu_times()[:2]) - before
-    report = service.http.get(f"/api/v1/jobs/{job_id}/report.json").json()
-    assert report["sample_ranges"] == [[0, scene["stop"]["samples"]]]
-    reached = RANGES * RANGE / report["seconds"]["render"]
+    reached, *taken = rendered(farm, make_scene(), workers, PIECES)
     with capsys.disabled():
-        cost = 1e3 * took / (RANGES * workers)
-        print(f"\n{workers} workers: efficiency {reached:.3f}, {cost:.2f} ms of the service's processor a range")
-    assert job["state"] == "succeeded"
+        service, scheduler = (1e3 * each / (RANGES * workers) for each in taken)
+        print(f"\n{workers} workers: efficiency {reached:.3f}; ", end="")
+        print(f"a range takes {service:.2f} ms of the service's processor, {scheduler:.2f} ms of the scheduler's")
     assert reached >= least
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("longest", [RANGE, LONGEST_SECONDS])
+def test_ranges_get_longer_for_large_pictures(
+    farm: Farm, make_scene: Callable[..., dict[str, Any]], longest: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With ranges of a second the dispatcher would not keep up with films of so many pixels."""
+    scene = make_scene()
+    scene["film"] |= {"width": 1920, "height": 1080}
+    fixed = f"from woodcock_server import rendering\nrendering.LONGEST_SECONDS = {longest}\n"
+    reached, service, _ = rendered(farm, scene, 16, fixed)
+    with capsys.disabled():
+        print(f"\n16 workers, 1920 × 1080, ranges of at most {longest:g} s: efficiency {reached:.3f}, {service:.0f} s")
+    assert reached < 0.7 if longest == RANGE else reached > 0.85
 
 
 # By simulation

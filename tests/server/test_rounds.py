@@ -13,6 +13,7 @@ from woodcock.film import Film
 from woodcock.pace import RANGE_SECONDS
 from woodcock.scene import Scene
 from woodcock_server import rounds
+from woodcock_server.ranges import length
 from woodcock_server.rounds import AT_A_TIME, Rounds
 
 Make = Callable[..., dict[str, Any]]
@@ -147,6 +148,17 @@ def test_a_range_of_few_pixels_takes_as_long_as_one_of_all(
         given.rendered("a", paths(piece) / 1600)
         given.merged()
     assert paths(piece) / 1600 == pytest.approx(RANGE_SECONDS, rel=0.05)
+
+
+@pytest.mark.parametrize("stop", [{"kind": "samples", "samples": 1 << 20}, {"kind": "seconds", "seconds": 1000}])
+def test_ranges_grow_with_what_merging_them_takes(scene: Callable[..., Scene], stop: dict[str, Any]) -> None:
+    given = Rounds(scene(**stop), ("a", "b"), None)
+    for _ in range(20):
+        piece = given.take("a", 0.0)
+        assert piece is not None
+        given.rendered("a", paths(piece) / 1600)
+        given.merged(1.0)
+    assert paths(piece) / 1600 == pytest.approx(length(2, 1.0), rel=0.05)
 
 
 def test_what_a_device_had_is_rendered_by_others(scene: Callable[..., Scene]) -> None:

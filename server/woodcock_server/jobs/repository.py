@@ -207,17 +207,21 @@ def next_claimable(connection: Connection, now: datetime, devices: Collection[st
 
     devices: ids, and ANY if jobs may be claimed that ask for none.
     """
-    had = (
-        select(jobs.c.owner, func.sum(jobs.c.seconds).label("seconds"))
-        .where(jobs.c.started_at > now - FAIR_OVER)
-        .group_by(jobs.c.owner)
-        .subquery()
-    )
-    claimable = select(jobs.c.id).outerjoin(had, had.c.owner == jobs.c.owner)
-    turns = jobs.c.priority.desc(), func.coalesce(had.c.seconds, 0.0), jobs.c.id
-    return connection.execute(
-        claimable.where(_claimable(now), jobs.c.device.in_(devices)).order_by(*turns).limit(1)
-    ).scalar()
+    asked = and_(_claimable(now), jobs.c.device.in_(devices))
+    first = and_(asked, jobs.c.priority == select(func.max(jobs.c.priority)).where(asked).scalar_subquery())
+    owners = list(connection.execute(select(jobs.c.owner).where(first).distinct()).scalars())
+    if len(owners) > 1:  # Of one alone nobody need know, nor of those who wait for nothing.
+        owners = _had_least(connection, owners, now - FAIR_OVER)
+    oldest = select(func.min(jobs.c.id)).where(first, jobs.c.owner.in_(owners))
+    return connection.execute(oldest).scalar() if owners else None
+
+
+def _had_least(connection: Connection, owners: Collection[str], since: datetime) -> list[str]:
+    """Of these owners, those for whom least was rendered."""
+    mine = jobs.c.owner.in_(owners), jobs.c.started_at > since
+    had = select(jobs.c.owner, func.sum(jobs.c.seconds)).where(*mine).group_by(jobs.c.owner)
+    seconds = dict.fromkeys(owners, 0.0) | {row[0]: row[1] for row in connection.execute(had)}
+    return [owner for owner in owners if seconds[owner] == min(seconds.values())]
 
 
 def claim(connection: Connection, job_id: str, holder: str, now: datetime, lease: timedelta) -> Row | None:

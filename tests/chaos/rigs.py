@@ -71,7 +71,7 @@ class Bucket(Rig):
     def _surround(self, held: ExitStack) -> None:
         self.store = S3Server(self.folder / "s3")
         self.store.start()
-        held.callback(lambda: self.store.stop())
+        held.callback(self.store.stop)
         self.environment |= self.store.environment
 
     def _service(self, name: str) -> Service:
@@ -87,8 +87,7 @@ class Bucket(Rig):
         named = {row.key: row.size for row in self.rows("SELECT key, size FROM objects")}
         assert self.store.found() - {"probe"} == named.keys()
         assert {key: self.store.path(key).stat().st_size for key in named} == named
-        jobs = "SELECT key FROM objects WHERE job_id NOT IN (SELECT id FROM jobs)"
-        assert not self.rows(jobs)
+        assert not self.rows("SELECT key FROM objects WHERE job_id NOT IN (SELECT id FROM jobs)")
         for name in self.names:
             data = self.data / name
             assert {path.name for path in data.iterdir()} == {"copies", "scratch", "program.py"}

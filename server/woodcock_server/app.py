@@ -141,13 +141,13 @@ def create_app(settings: Settings) -> FastAPI:
 async def _cluster(settings: Settings, secure: Security | None, storage: Storage) -> AsyncIterator[Cluster]:
     """Of this machine's devices, or those of a farm."""
     if settings.scheduler is not None and secure is not None:
-        async with remote.joined(settings.scheduler, secure, settings.files_port, storage.volume_file) as farm:
+        async with remote.joined(settings.scheduler, secure, settings.files_port, storage) as farm:
             yield farm
         return
     found = await to_thread.run_sync(discover)
     able = [device.id for device in found if device.ready]
     async with embedded(able, storage.scratch, settings.worker_memory) as client:
-        yield Cluster(client, found, lambda file, path: str(path))
+        yield Cluster(client, found, storage.volume_files)
 
 
 def open_storage(settings: Settings, engine: Engine) -> Storage:

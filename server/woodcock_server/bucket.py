@@ -26,6 +26,8 @@ log = structlog.get_logger()
 VOLUMES, JOBS = "volumes/", "jobs/"
 #: How often what no row names is looked for, seconds, and how long it has been there before it goes.
 COLLECT_EVERY, GRACE = 86400.0, timedelta(days=1)
+#: Of an uploaded file.
+LOST = "the object store has it no more"
 #: A file takes another one's place while it is fetched.
 TRIES = 3
 
@@ -90,6 +92,19 @@ class BucketStorage(Storage):
         wanted = set(volume_ids)
         with self.copies.holding([volume_key(each) for each in wanted]):
             yield {each: self.volume_file(each) for each in wanted}
+
+    def volume_source(self, volume_id: str) -> tuple[int, str | None]:
+        key = volume_key(volume_id)
+        size = self._store.size(key)
+        if size is None:
+            raise FileNotFoundError(LOST)
+        return size, self._store.url(key)
+
+    def read_volume(self, volume_id: str, offset: int, length: int) -> bytes:
+        try:
+            return self._store.read(volume_key(volume_id), offset, length)
+        except FileNotFoundError:
+            raise FileNotFoundError(LOST) from None
 
     def drop_volume(self, volume_id: str) -> None:
         key = volume_key(volume_id)

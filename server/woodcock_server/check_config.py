@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -15,7 +16,8 @@ from woodcock_server.access import tokens
 from woodcock_server.access.guard import Exposed, is_loopback
 from woodcock_server.config import Settings
 from woodcock_server.database import connect, revision
-from woodcock_server.devices.service import discover
+from woodcock_server.devices.service import Found, discover
+from woodcock_server.farm.remote import look
 from woodcock_server.storage import PROBE, NoStore, StoreAway, open_store
 from woodcock_server.usable import reason
 
@@ -30,23 +32,35 @@ def check(settings: Settings) -> Iterator[str]:
     yield from _database(settings)
     if settings.store is not None:
         yield _store(settings.store)
-    if settings.scheduler is not None:
-        yield _certificate(settings)
-        return
-    for device in discover():
-        if device.ready:
-            lanes = ", ".join(map(str, device.probe.lanes))
-            yield f"Device {device.id} is ready: {device.device.name}, {device.device.platform}, lanes {lanes}."
-        else:
-            yield Fault(f"Device {device.id} cannot be used: {device.probe.fault}")
+    if settings.scheduler is None:
+        yield from map(_device, discover())
+    else:
+        yield from _farm(settings.scheduler, settings.certificates)
 
 
-def _certificate(settings: Settings) -> str:
+def _device(device: Found) -> str:
+    if not device.ready:
+        return Fault(f"Device {device.id} cannot be used: {device.probe.fault}")
+    lanes = ", ".join(map(str, device.probe.lanes))
+    return f"Device {device.id} is ready: {device.device.name}, {device.device.platform}, lanes {lanes}."
+
+
+def _farm(scheduler: str, certificates: Path | None) -> Iterator[str]:
     try:
-        certificate.of(settings.certificates)
+        devices = asyncio.run(look(scheduler, certificate.of(certificates)))
     except certificate.CertificateError as error:
-        return Fault(str(error))
-    return f"Devices are those of the workers that the scheduler at {settings.scheduler} has."
+        yield Fault(str(error))
+    except OSError as error:
+        yield Fault(f"The scheduler at {scheduler} cannot be reached with these certificates: {_cause(error)}.")
+    else:
+        yield f"The scheduler at {scheduler} answers{'' if devices else ', but has no worker with a device'}."
+        yield from (_device(devices[device_id]) for device_id in sorted(devices))
+
+
+def _cause(error: BaseException) -> str:
+    """What Dask's own sentence, which is of its calls, comes from."""
+    deeper = error.__cause__ and _cause(error.__cause__)
+    return deeper or str(error)
 
 
 def _folder(folder: Path) -> str:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, asynccontextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import dask
 import structlog
@@ -47,6 +47,9 @@ SETTINGS = {
     "distributed.worker.http.routes": [],
 }
 
+#: Where workers find uploaded files, by their ids, for as long as a block takes. Raises OSError, StoreAway.
+Files: TypeAlias = Callable[[Iterable[str]], AbstractContextManager[Mapping[str, Path | str]]]
+
 
 class GivenUpError(RuntimeError):
     """The cluster forgot what it was asked for."""
@@ -64,9 +67,8 @@ class Cluster:
 
     remote = False
 
-    def __init__(self, client: Client, devices: Sequence[Found], locate: Callable[[str, Path], str]) -> None:
-        """locate: where a worker finds an uploaded file, by its id and where the service has it."""
-        self._client, self.devices, self.locate = client, devices, locate
+    def __init__(self, client: Client, devices: Sequence[Found], files: Files) -> None:
+        self._client, self.devices, self.files = client, devices, files
 
     @property
     def ready(self) -> dict[str, Found]:

@@ -101,7 +101,7 @@ class Settings(BaseSettings):
     cache_size: Annotated[ByteSize, Field(gt=0)] = Field(
         default=ByteSize(32 << 30), description="Most that these files may take, e.g. `500GiB`."
     )
-    worker_memory: ByteSize = Field(
+    worker_memory: Annotated[ByteSize, Field(gt=0)] = Field(
         default=ByteSize(MEMORY_LIMIT * 9 // 10),
         description="Most memory that a worker process may take before it is killed, e.g. `32GiB`.",
     )

@@ -53,7 +53,8 @@ class Errands:
             return await self._cluster.ask(device, next(self._keys), function, self.scene, device, *args)
         except KilledWorker as error:
             deaths = error.allowed_failures + 1
-            memory = f"It is killed when it takes more than {self._settings.worker_memory >> 20} MiB."
+            # Of its own host, which may be another.
+            memory = f"It is killed when it takes more than {error.last_worker.memory_limit >> 20} MiB."
             says = f"The process that renders on {device} died {deaths} times while {what}. {memory}"
             raise DeviceLostError(device, says, hangs=False) from None
 

@@ -33,7 +33,7 @@ from woodcock_server.metrics import Metrics
 from woodcock_server.ranges import LONGEST_SECONDS
 from woodcock_server.results import UNWRITTEN
 from woodcock_server.rounds import Rounds
-from woodcock_server.storage import Storage
+from woodcock_server.storage import Storage, StoreAway
 from woodcock_server.threads import in_thread
 
 log = structlog.get_logger()
@@ -103,9 +103,9 @@ class Rendering:
         self._read_scene()
         if self._scene.denoise:
             await in_thread(require)
-        stays = partial(self._storage.volume_files, files(self._scene))
+        stays = partial(self._cluster.files, files(self._scene))
         where = await self._until_written(lambda: in_thread(held.enter_context, stays()))
-        local = with_files(self._scene, lambda file: self._cluster.locate(file, where[file]))
+        local = with_files(self._scene, lambda file: str(where[file]))
         self._errands.scene = local.model_dump_json()
         if named := self.claim.row["reference"]:
             found = await self._until_written(partial(in_thread, reference.load, self._storage, named))
@@ -173,11 +173,11 @@ class Rendering:
         try:
             if await self._prepare(device):
                 await self._feed(device)
-        except DeviceGoneError as error:
+        except (DeviceGoneError, StoreAway) as error:  # It may come back, or its files may.
             log.warning("device left the job", device=device, reason=str(error))
             self._rounds.leave(device)
             self._begin_turn()  # for those who wait for the pieces that it had
-            self._left[device] = self._left.get(device, 0) + 1
+            self._left[device] = self._left.get(device, 0) + isinstance(error, DeviceGoneError)
             if self._left[device] > DEATHS_ALLOWED:
                 self._faults.append(DeviceError(f"{device} was gone {self._left[device]} times before it rendered."))
                 return True

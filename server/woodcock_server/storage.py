@@ -17,12 +17,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from sqlalchemy import Connection
-
 from woodcock.files import replacing
 from woodcock.scene import UPLOADED
 
 if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
     from woodcock_server.store import Store
 
 #: Key of what is written to find out whether anything can be.
@@ -33,8 +33,8 @@ _CHECKPOINT = re.compile(r"film-(\d+)\.npz")
 class StoreAway(Exception):  # noqa: N818 - it says what happened
     """The object store does not answer, or refuses; it may again."""
 
-    def __init__(self) -> None:
-        super().__init__("The object store does not answer; the server's log says why.")
+    def __init__(self, says: str = "The object store does not answer; the server's log says why.") -> None:
+        super().__init__(says)
 
 
 class NoStore(Exception):  # noqa: N818 - it says what is missing
@@ -131,6 +131,16 @@ class Storage:
     def volume_files(self, volume_ids: Iterable[str]) -> Iterator[dict[str, Path]]:
         """Where these files lie, for as long as the block takes."""
         yield {each: self.volume_file(each) for each in volume_ids}
+
+    def volume_source(self, volume_id: str) -> tuple[int, str | None]:
+        """Bytes of a file, and a URL by which anybody can read it for a while, if there is one. Raises OSError."""
+        return self.volume_file(volume_id).stat().st_size, None
+
+    def read_volume(self, volume_id: str, offset: int, length: int) -> bytes:
+        """Part of a file, less at its end. Raises OSError."""
+        with self.volume_file(volume_id).open("rb") as file:
+            file.seek(offset)
+            return file.read(length)
 
     def drop_volume(self, volume_id: str) -> None:
         """While its row is locked. Raises OSError."""

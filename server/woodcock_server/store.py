@@ -27,6 +27,8 @@ LOOK_EVERY = 1.0
 PART, PARTS = 8 << 20, 4
 #: More than that S3 copies in parts only, bytes.
 LARGEST_COPY = 5 << 30
+#: How long a URL is good for: it is used at once, but by the store's clock, which may be another by as much.
+URL_VALID = timedelta(minutes=15)
 
 
 class Found(NamedTuple):
@@ -99,6 +101,17 @@ class Store:
                     return digest.hexdigest()
                 file.write(part)
                 digest.update(part)
+
+    def read(self, key: str, offset: int, length: int) -> bytes:
+        """Part of an object, less at its end. Raises FileNotFoundError."""
+        with self._answering():
+            return bytes(obstore.get_range(self._store, key, start=offset, length=length))
+
+    def url(self, key: str) -> str:
+        """By which whoever has it can read an object, and nothing else, for as long as URL_VALID."""
+        assert isinstance(self._store, S3Store), "others sign nothing"
+        with self._answering(missing=False):
+            return obstore.sign(self._store, "GET", key, URL_VALID)
 
     def size(self, key: str) -> int | None:
         """Of an object, bytes; None where there is none."""

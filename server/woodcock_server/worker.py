@@ -33,10 +33,12 @@ from woodcock.render import Renderer, program_of, read_file
 from woodcock.report import Facts
 from woodcock.scene import Scene, SceneError, parse, with_files
 from woodcock.start import Start
+from woodcock_server import logs
 from woodcock_server.config import Settings
 from woodcock_server.farm.cache import Cache, Held, NoRoomError
 from woodcock_server.farm.files import Peer
 from woodcock_server.steady import keep_time
+from woodcock_server.storage import StoreAway
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -49,6 +51,7 @@ FOUND = "WOODCOCK_FOUND"
 def dask_setup(worker: Any) -> None:
     """Run by Dask in a worker's process, before it takes work."""
     keep_time()
+    logs.configure(Settings().log_format)
     if found := os.environ.get(FOUND):
         worker.startup_information["woodcock"] = lambda _: json.loads(found)
     # Ctrl-C reaches every process of a terminal, but it is the service that stops its workers.
@@ -78,8 +81,8 @@ class _Described:
 
 
 def _described(scene: str) -> _Described:
-    """Fetches the files that lie at a service, `tls://HOST:PORT/sha256:…`. Raises SceneError, VolumeError or
-    DeviceError."""
+    """Fetches the files that a service has, `tls://HOST:PORT/sha256:…`. Raises SceneError, VolumeError, DeviceError or
+    StoreAway."""
     held = []
 
     def here(file: str) -> str:
@@ -123,7 +126,7 @@ def _faults_alone(function: Callable[P, T]) -> Callable[P, T]:
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
         try:
             return function(*args, **kwargs)
-        except (SceneError, VolumeError, ImageError, DeviceError) as error:
+        except (SceneError, VolumeError, ImageError, DeviceError, StoreAway) as error:
             fault: Exception = type(error)(_cache().by_id(str(error)))
         except Exception as error:
             fault = RuntimeError(f"{type(error).__name__}: {error}")

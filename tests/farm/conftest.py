@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from tests.server.conftest import make_scene as make_scene
+from tests.server.conftest import s3 as s3
 
 from .harness import Farm, on_hosts
 from .network import Network, fault

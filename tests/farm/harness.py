@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,15 @@ def wait_until(reached: Callable[[], Any], seconds: float, log: Callable[[], str
     while not reached():
         assert time.monotonic() < end, f"it took too long\n{log()}"
         time.sleep(0.05)
+
+
+def free_ports(count: int) -> list[int]:
+    """Of the loopback; nobody has them yet."""
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [each.getsockname()[1] for each in sockets]
 
 
 class Part:

@@ -14,7 +14,7 @@ import pytest
 from woodcock.device import find
 from woodcock.render import Renderer
 from woodcock.scene import parse
-from woodcock_server.ranges import LONGEST_SECONDS
+from woodcock_server.ranges import FILM, HANDING_SECONDS, LONGEST_SECONDS, length
 
 from .harness import Farm
 from .simulation import Costs, efficiency
@@ -122,22 +122,35 @@ def test_ranges_get_longer_for_large_pictures(
 
 # By simulation
 
-#: The sum is what 64 workers took, "Beyond one machine" in server/README.md; the share of merging is assumed.
-MEASURED = Costs(range=1.0, handing=0.0062, merging=0.0005)
+#: Seconds that merging a film takes: of the smallest pictures, and of 1920 × 1080 pixels ("Scale" in server/scale.md).
+SMALL, LARGE = 0.0, 0.045
+
+
+def costs(devices: int, merging: float, seconds: float | None = None) -> Costs:
+    """As a dispatcher has them that serves so many devices; seconds: of a range, if not of its own choice."""
+    return Costs(seconds or length(devices, merging), HANDING_SECONDS, FILM * merging)
 
 
 def test_a_simulated_farm_without_costs_wastes_nothing() -> None:
     assert efficiency(100, 10, Costs(1.0, 0.0, 0.0)) == 1.0
 
 
-def test_the_dispatcher_is_the_bottleneck() -> None:
+@pytest.mark.parametrize(("merging", "most"), [(SMALL, 167), (LARGE, 8)])
+def test_the_dispatcher_is_the_bottleneck_of_short_ranges(merging: float, most: int) -> None:
     """It serves as many devices as it has ranges' worth of time; beyond them throughput stays."""
-    assert efficiency(100, 30, MEASURED) > 0.95
-    most = MEASURED.range / (MEASURED.handing + MEASURED.merging)
-    reached = 1000 * efficiency(1000, 30, MEASURED)
-    assert 0.9 * most < reached < 1.1 * most
+    assert efficiency(most * 9 // 10, 30, costs(most, merging, 1.0)) > 0.9
+    reached = 10 * most * efficiency(10 * most, 30, costs(most, merging, 1.0))
+    assert reached == pytest.approx(most, rel=0.1)
 
 
-def test_a_tree_of_merges_serves_ten_thousand_devices() -> None:
-    assert efficiency(10_000, 10, MEASURED) < 0.03
-    assert efficiency(10_000, 30, MEASURED, fan_in=16) > 0.95
+@pytest.mark.parametrize(("merging", "devices"), [(SMALL, 5000), (LARGE, 250)])
+def test_longer_ranges_serve_as_many_as_a_minute_allows(merging: float, devices: int) -> None:
+    assert efficiency(devices, 30, costs(devices, merging)) > 0.9
+    assert length(devices, merging) == pytest.approx(LONGEST_SECONDS, rel=0.05)
+
+
+@pytest.mark.parametrize("merging", [SMALL, LARGE])
+def test_a_tree_of_merges_serves_ten_thousand_devices(merging: float) -> None:
+    large = merging == LARGE
+    assert efficiency(10_000, 30, costs(10_000, merging)) < (0.1 if large else 0.97)
+    assert efficiency(10_000, 30, costs(10_000, merging), fan_in=16) > 0.95

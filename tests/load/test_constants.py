@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from distributed.core import connect, send_recv
 from sqlalchemy import Connection, Engine, func, select, text
+from tests.server.conftest import Service
 
 from woodcock.film import Film
 from woodcock_server import certificate
@@ -106,6 +107,25 @@ def test_what_a_film_costs(width: int, height: int, tmp_path: Path, capsys: pyte
             f"{1e3 * receiving:.1f} ms, saving {1e3 * saving:.1f} ms of the processor"
         )
     assert merging + receiving < 1.3 * FILM * merging
+
+
+def test_what_a_job_costs(tmp_path: Path, make_scene: Make, capsys: pytest.CaptureFixture[str]) -> None:
+    """The least of all jobs, of one sample, one after the other: a dispatcher renders one at a time."""
+    service = Service(tmp_path / "data", POCL_DEVICES="pthread")
+    service.start()
+
+    def render(count: int) -> float:
+        began = time.monotonic()
+        ids = [service.submit(make_scene(size=16, samples=1, seed=seed)) for seed in range(count)]
+        service.wait(ids[-1], lambda job: job["state"] == "succeeded", 120)
+        return (time.monotonic() - began) / count
+
+    render(3)  # builds what they need
+    taken = render(40)
+    service.stop()
+    with capsys.disabled():
+        print(f"\na job of 16 × 16 pixels and one sample: {1e3 * taken:.0f} ms")
+    assert taken < 2
 
 
 #: Of a job that has ended, copies of the one that there is: of a hundred owners, spread over a day.

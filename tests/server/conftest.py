@@ -27,6 +27,7 @@ from woodcock_server import app as application
 from woodcock_server.config import Settings
 from woodcock_server.database import open_database
 
+from .s3_server import S3Server
 from .sweeps import PATH, PRODUCT, Sweep
 
 # What is told of an exception by default shows every variable in a frame, which takes half a minute.
@@ -104,6 +105,15 @@ def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], 
 
         yield make
         server.cleanup()
+
+
+@pytest.fixture
+def s3(tmp_path: Path) -> Iterator[S3Server]:
+    server = S3Server(tmp_path / "s3")
+    server.start()
+    yield server
+    server.go_on()
+    server.stop()
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

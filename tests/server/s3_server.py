@@ -4,6 +4,7 @@ needed."""
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import socket
@@ -39,7 +40,7 @@ class S3Server:
     def __init__(self, folder: Path) -> None:
         self.folder = folder / "objects" / BUCKET
         self.folder.mkdir(parents=True)
-        self._program, self._log = program(), folder / "log.txt"
+        self._program, self._log, self._asked = program(), folder / "log.txt", folder / "asked.txt"
         with socket.create_server(("127.0.0.1", 0)) as free:
             self._port = free.getsockname()[1]
         self.environment = {
@@ -51,7 +52,8 @@ class S3Server:
         }
 
     def start(self) -> None:
-        command = [str(self._program), "--port", f"127.0.0.1:{self._port}", "--quiet", "posix"]
+        address, asked = f"127.0.0.1:{self._port}", str(self._asked)
+        command = [str(self._program), "--port", address, "--quiet", "--access-log", asked, "posix"]
         environment = {**os.environ, "ROOT_ACCESS_KEY": KEY, "ROOT_SECRET_KEY": SECRET}
         with self._log.open("a") as log:
             self.process = subprocess.Popen(
@@ -82,3 +84,7 @@ class S3Server:
     def found(self) -> set[str]:
         """Keys of all objects, by the folder and not by asking."""
         return {str(path.relative_to(self.path(""))) for path in self.path("").rglob("*") if path.is_file()}
+
+    def readers(self, key: str) -> list[str]:
+        """Who read an object, in order, by what their programs call themselves."""
+        return re.findall(rf" s3_GetObject farm/{key} .* (object_store|Python-urllib)/", self._asked.read_text())

@@ -164,6 +164,18 @@ def test_an_upload_is_fetched_once_and_checked(server: Make, engine: Engine, obj
     assert keys(objects) == []
 
 
+def test_a_part_of_an_upload_is_read_without_a_copy(server: Make, engine: Engine) -> None:
+    one, other = server("one"), server("other")
+    bring(one, engine)
+    assert other.read_volume(FILE, 5, 3) == CONTENT[5:8]
+    assert other.read_volume(FILE, 5, 300) == CONTENT[5:]
+    assert not other.copies.path(bucket.volume_key(FILE)).exists()
+    one.drop_volume(FILE)
+    for ask in (lambda: other.read_volume(FILE, 5, 3), lambda: other.volume_source(FILE)):
+        with pytest.raises(FileNotFoundError, match=r"^the object store has it no more$"):
+            ask()
+
+
 def test_a_file_that_is_collected_as_it_comes_is_brought_again(
     server: Make, engine: Engine, objects: ObjectStore, tmp_path: Path
 ) -> None:

@@ -6,6 +6,7 @@ import asyncio
 import os
 import time
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ async def late(scratch: Path) -> list[int]:
     """Process ids of a worker before and after it was sent on an errand that takes too long."""
     hasty, patient = (Settings(data=scratch, range_seconds=seconds) for seconds in (0.5, 50))
     async with embedded(["cpu0"], scratch, 4 << 30) as client:
-        cluster = Cluster(client, [], str)
+        cluster = Cluster(client, [], nullcontext)
         before = await ask(client, "cpu0", "first", os.getpid)
         errands, others = Errands(cluster, "job", hasty), Errands(cluster, "other", patient)
         errands.scene = others.scene = "{}"

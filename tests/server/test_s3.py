@@ -21,16 +21,9 @@ from .test_volumes import npy
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 Make = Callable[..., dict[str, Any]]
+#: How long the store is away, seconds.
+OUTAGE = 60
 FILES = {"image.exr", "preview.png", "thumbnail.webp", "report.json", "report.html"}
-
-
-@pytest.fixture
-def s3(tmp_path: Path) -> Iterator[S3Server]:
-    server = S3Server(tmp_path / "s3")
-    server.start()
-    yield server
-    server.go_on()
-    server.stop()
 
 
 @pytest.fixture
@@ -125,12 +118,12 @@ def test_an_outage_costs_no_sample(tmp_path: Path, s3: S3Server, make_scene: Mak
     service = Service(tmp_path / "data", WOODCOCK_LEASE_SECONDS="2", **s3.environment)
     service.start()
     try:
-        scene = make_scene(size=64, stop={"kind": "seconds", "seconds": 20})
+        scene = make_scene(size=64, stop={"kind": "seconds", "seconds": OUTAGE + 20})
         during = service.submit(scene)
         service.wait(during, lambda job: job["samples"] > 0)
         before = service.job(during)["samples"]
         s3.stop() if how == "refuses" else s3.hang()
-        time.sleep(12)
+        time.sleep(OUTAGE)
         ready = service.http.get("/readyz")
         assert (ready.status_code, ready.json()["detail"][:34]) == (503, "The object store does not answer; ")
         assert service.http.get(f"/api/v1/jobs/{during}").status_code == 200
@@ -146,7 +139,7 @@ def test_an_outage_costs_no_sample(tmp_path: Path, s3: S3Server, make_scene: Mak
         at_end = service.submit(make_scene(size=64, stop={"kind": "seconds", "seconds": 4}))
         service.wait(at_end, lambda job: job["samples"] > 0)
         s3.stop() if how == "refuses" else s3.hang()
-        time.sleep(12)
+        time.sleep(OUTAGE)
         assert service.job(at_end)["state"] == "running", "it has no picture yet, and does not fail for it"
         s3.start() if how == "refuses" else s3.go_on()
         job = service.wait(at_end, succeeded)

@@ -5,23 +5,23 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import asynccontextmanager, nullcontext, suppress
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import dask
 import structlog
-from distributed import Client, Security
+from distributed import Client, Security, rpc
 
 from woodcock import __version__
 from woodcock.device import Device
 from woodcock.probe import Probe
-from woodcock_server.cluster import SETTINGS, Cluster, DeviceGoneError, GivenUpError, ask, restart
+from woodcock_server.cluster import SETTINGS, Cluster, DeviceGoneError, Files, GivenUpError, ask, restart
 from woodcock_server.devices.service import Found
 from woodcock_server.farm import files
 from woodcock_server.steady import keep_time
+from woodcock_server.storage import Storage
 
 log = structlog.get_logger()
 
@@ -30,6 +30,9 @@ LOOK_EVERY = 1.0
 
 #: How long a worker may be away before its device counts as gone, seconds: one that died is started again within them.
 AWAY_SECONDS = 20.0
+
+#: How long a scheduler that is asked once may take to answer, seconds.
+ANSWER_SECONDS = 10.0
 
 #: Of the startup information of a worker, what it says of its host's devices.
 DEVICES = "woodcock"
@@ -48,13 +51,27 @@ def _understood(said: Mapping[str, Any]) -> Found:
     return Found(device, probe, said["fingerprint"], said["host"])
 
 
+async def look(address: str, secure: Security) -> dict[str, Found]:
+    """Devices, by id, that a scheduler's workers have now. Raises OSError where it cannot be reached."""
+    arguments = secure.get_connection_args("client")  # type: ignore[no-untyped-call]
+    reached = rpc(address, timeout=ANSWER_SECONDS, connection_args=arguments)  # type: ignore[no-untyped-call]
+    async with reached as scheduler:
+        identity = await scheduler.identity(n_workers=-1)
+    return {found.id: found for worker in identity["workers"].values() for found in _devices(worker)}
+
+
+def _devices(worker: Mapping[str, Any]) -> Iterator[Found]:
+    """Of a worker's host, as the scheduler knows it."""
+    return map(_understood, worker.get(DEVICES, ()))
+
+
 class Remote(Cluster):
     """A cluster that is reached by its scheduler's address, as long as that answers."""
 
     remote = True
 
-    def __init__(self, address: str, secure: Security, locate: Callable[[str, Path], str]) -> None:
-        self.locate = locate
+    def __init__(self, address: str, secure: Security, files: Files) -> None:
+        self.files = files
         self._address, self._secure = address, secure
         self._connected: Client | None = None
         self.devices: list[Found] = []
@@ -136,7 +153,7 @@ class Remote(Cluster):
         """Who is there now, and who has been away for too long."""
         known = {found.id: found for found in self.devices}
         for worker in workers:
-            for found in map(_understood, worker.get(DEVICES, ())):
+            for found in _devices(worker):
                 known[found.id] = found
                 self._last[found.id] = now
         for device_id in [each for each in known if now - self._last[each] > AWAY_SECONDS]:
@@ -155,14 +172,13 @@ class Remote(Cluster):
 
 
 @asynccontextmanager
-async def joined(address: str, secure: Security, port: int, find: Callable[[str], Path]) -> AsyncIterator[Cluster]:
-    """The cluster at a scheduler's address, whether that answers now or later; port: of `files.serving`; find: where an
-    uploaded file lies."""
+async def joined(address: str, secure: Security, port: int, storage: Storage) -> AsyncIterator[Cluster]:
+    """The cluster at a scheduler's address, whether that answers now or later; port: of `files.serving`."""
     keep_time()
     for name in ("distributed", "distributed.client", "distributed.core"):  # Who does not answer is told of here.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS):
-        async with files.serving(address, port, secure, find) as own:
-            cluster = Remote(address, secure, lambda file, path: f"{own}/{file}")
+        async with files.serving(address, port, secure, storage) as own:
+            cluster = Remote(address, secure, lambda ids: nullcontext({each: f"{own}/{each}" for each in ids}))
             async with cluster.running():
                 yield cluster

@@ -27,6 +27,7 @@ from woodcock_server.identifiers import new_id
 from woodcock_server.jobs.requests import RequestCheck
 from woodcock_server.jobs.schemas import JobCreate
 from woodcock_server.services import Services
+from woodcock_server.storage import StoreAway
 from woodcock_server.threads import in_thread
 from woodcock_server.worker import Survey
 
@@ -100,8 +101,8 @@ async def check(services: Services, request: JobCreate) -> JobCheck:
     """Raises InvalidRequest as submitting does."""
     await in_thread(RequestCheck(services).check, request)
     with ExitStack() as held:
-        where = await in_thread(held.enter_context, services.storage.volume_files(files(request.scene)))
-        text = with_files(request.scene, lambda file: services.cluster.locate(file, where[file])).model_dump_json()
+        where = await in_thread(held.enter_context, services.cluster.files(files(request.scene)))
+        text = with_files(request.scene, lambda file: str(where[file])).model_dump_json()
         return await _checked(services, request, text)
 
 
@@ -180,6 +181,8 @@ class _DryRun:
             reason = f"The process that renders on {device.id} died {error.allowed_failures + 1} times."
         except (SceneError, VolumeError, ImageError, DeviceError) as error:
             reason = self._services.storage.by_id(str(error))
+        except StoreAway as error:
+            return DeviceForecast(id=device.id, says=str(error))
         except Exception as error:
             log.exception("dry run broke off", device=device.id)
             return DeviceForecast(id=device.id, says=f"It could not be tried: {error}")

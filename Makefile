@@ -38,8 +38,9 @@ check: .venv/installed-test
 test-slow: .venv/installed-test | packages
 	$(BIN)/python -m pytest -m slow
 
+# Two at a time: much of the time something is waited for.
 chaos: .venv/installed-test
-	$(BIN)/python -m pytest -m 'chaos or not chaos' -q tests/chaos $(if $(FAULT),-k '$(FAULT)')
+	$(BIN)/python -m pytest -m 'chaos or not chaos' -q -n 2 --dist loadgroup tests/chaos $(if $(FAULT),-k '$(FAULT)')
 
 calibrate: .venv/installed-test
 	$(BIN)/python -m pytest -p tests.calibration -q -rfE $(if $(SEED),--run-seed '$(SEED)') tests/analytic tests/kernels

@@ -203,8 +203,8 @@ class Dispatcher:
                 return self._checks.distrusted(connection)
 
         shut = await in_thread(distrusted) - self.at_work.keys() if leaves_a_choice(asked) else set()
-        free = self._checks.free
-        there = [device for id, device in self._cluster.ready.items() if id in free and id not in shut]
+        open_to_it = {*self._checks.free, *self.at_work} - shut
+        there = [device for id, device in self._cluster.ready.items() if id in open_to_it]
         able = [device.id for device in meant(asked, there)]
         self.at_work |= dict.fromkeys(able, next(iter(self.at_work.values())))
         self._checks.occupy(self.at_work)

@@ -146,11 +146,14 @@ class Rendering:
         """Drive the devices that are there, and those that come, or come back, until the contract is met or none can
         render the scene."""
         drives: dict[str, asyncio.Task[bool]] = {}
-        ended, away = set[str](), set[str]()
-        present: Sequence[str] = self.devices
+        ended, away = set[str](), set(self.devices)
+        changed: asyncio.Task[None] | None = None
         async with asyncio.TaskGroup() as group:
-            changed = group.create_task(self._cluster.changed())
             while True:
+                if changed is None or changed.done():  # At first, too: they may be others than those of the claim.
+                    changed = group.create_task(self._cluster.changed())
+                    present = await self._recruit()
+                    self.devices += [device for device in present if device not in self.devices]
                 for device in set(present) - drives.keys() - ended:
                     away.discard(device)
                     self._rounds.join(device)
@@ -163,10 +166,6 @@ class Rendering:
                     if drive.done():
                         del drives[device]
                         (ended if drive.result() else away).add(device)
-                if changed.done():
-                    changed = group.create_task(self._cluster.changed())
-                    present = await self._recruit()
-                    self.devices += [device for device in present if device not in self.devices]
             changed.cancel()
 
     async def _drive(self, device: str) -> bool:

@@ -9,7 +9,9 @@ import pytest
 from tests.server.conftest import make_scene as make_scene
 from tests.server.conftest import postgres as postgres
 
-from .harness import SAMPLES, SIZE, Picture, Rig, picture, wait_until
+from .checks import SAMPLES, SIZE, Picture, picture
+from .rig import Rig, wait_until
+from .rigs import RIGS
 from .table import table
 
 
@@ -28,8 +30,9 @@ def rigs(
             rig = None
         if rig is None:
             url = request.getfixturevalue("postgres")() if database == "postgresql" else None
-            rig = Rig(kind, url, tmp_path_factory.mktemp("rig"))
+            rig = RIGS[kind](url, tmp_path_factory.mktemp("rig"))
             last = kind, database
+        rig.settle()
         return rig
 
     yield get

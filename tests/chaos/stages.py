@@ -49,7 +49,7 @@ class Gates:
         (self.folder / f"{stage}.{STAGES[stage]}").touch()
 
     def reached(self, stage: str, seconds: float = 90) -> str:
-        """Wait until somebody is held; returns the name of the service."""
+        """Wait until somebody is held; returns the name of the service, or of a farm's worker host."""
         held = self.folder / f"{stage}.0"
         end = time.monotonic() + seconds
         while not (held.exists() and (name := held.read_text())):
@@ -60,6 +60,10 @@ class Gates:
     def open(self) -> None:
         """Let go of whoever is held."""
         self.ask("open")
+
+    def passed(self, stage: str) -> bool:
+        """Nobody is held there any more."""
+        return not (self.folder / f"{stage}.0").exists()
 
     def ask(self, what: str) -> None:
         (self.folder / what).touch()
@@ -86,6 +90,7 @@ class Gates:
                 end = time.monotonic() + PATIENCE
                 while not (self.folder / "open").exists() and time.monotonic() < end:
                     yield
+                held.unlink(missing_ok=True)
             return
 
     def hold(self, stage: str) -> None:
@@ -102,6 +107,7 @@ def install() -> None:
     """Wrap the stages, and have pieces of one size, each of which is written down."""
     from woodcock import image
     from woodcock_server import claim, database, dispatcher, rendering, rounds, worker
+    from woodcock_server.farm import remote
 
     gates = Gates(Path(os.environ["CHAOS_GATES"]))
 
@@ -193,10 +199,14 @@ def install() -> None:
         renewed: bool = original(*args)
         return renewed
 
+    # A cell need not last as long as these do in the product.
+
     @wrap(database, "_configure_sqlite")
     def _(original: Any, connection: Any, record: Any) -> None:
         original(connection, record)
-        connection.execute("PRAGMA busy_timeout=500")  # so that a cell need not last as long as that of the product
+        connection.execute("PRAGMA busy_timeout=500")
+
+    remote.AWAY_SECONDS = 5.0
 
     rounds.share = lambda *_: PIECE
     rendering.PROGRESS_SECONDS = rendering.CHECKPOINT_SECONDS = -1e9

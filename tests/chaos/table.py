@@ -12,7 +12,7 @@ WORDS = {"passed": "survived", "failed": "**NOT**", "skipped": "cannot be tried 
 
 
 def table(reports: Iterable[Any]) -> str:
-    """Markdown, one table a database; numbers lead to why a cell makes no sense."""
+    """Markdown, one table a database; numbers lead to why a cell is left out."""
     cells = {}
     for report in reports:
         cell = dict(report.user_properties)["cell"]
@@ -24,7 +24,7 @@ def table(reports: Iterable[Any]) -> str:
         for fault in FAULTS:
             row = [fault.name]
             for stage in STAGES:
-                if reason := fault.senseless.get(stage) or fault.senseless.get(database):
+                if reason := fault.left_out.get(stage) or fault.left_out.get(database):
                     reasons += [reason] if reason not in reasons else []
                     row.append(f"– ({reasons.index(reason) + 1})")
                 else:

@@ -8,18 +8,16 @@ from typing import Any
 
 import pytest
 
-from .faults import FAULTS, Fault
-from .harness import (
+from .checks import (
     Picture,
-    Rig,
-    Target,
     check_answers,
     check_files,
     check_picture,
     check_states,
     eventually,
-    wait_until,
 )
+from .faults import FAULTS, Fault
+from .rig import Rig, wait_until
 from .stages import STAGES
 
 #: What `make test` runs of it.
@@ -27,12 +25,13 @@ ALWAYS = {("sqlite", "dispatcher cancelled", "merged")}
 
 
 def cells() -> Iterator[Any]:
-    """By the rigs that they need, so that each is made once."""
+    """By the rigs that they need, so that each is made once; several processes share them out by these."""
     for database in ("sqlite", "postgresql"):
         for fault in sorted(FAULTS, key=lambda fault: fault.rig):
             for stage in STAGES:
-                if not {stage, database} & fault.senseless.keys():
-                    marks = [] if (database, fault.name, stage) in ALWAYS else [pytest.mark.chaos]
+                if not {stage, database} & fault.left_out.keys():
+                    marks = [pytest.mark.xdist_group(f"{database} {fault.rig}")]
+                    marks += [] if (database, fault.name, stage) in ALWAYS else [pytest.mark.chaos]
                     yield pytest.param(
                         database, fault, stage, marks=marks, id=f"{database}-{fault.name}-{stage}".replace(" ", "-")
                     )
@@ -58,7 +57,7 @@ def test_a_fault_is_survived(
     answer = rig.alive[0].http.post("/api/v1/jobs", json=asked, headers={"Idempotency-Key": key})
     assert answer.status_code == 201, answer.text
     job_id = answer.json()["id"]
-    target = Target(job_id, rig.services[rig.gates.reached(stage)])
+    target = rig.target(job_id, rig.gates.reached(stage))
     try:
         with fault.strike(rig, target):
             rig.gates.open()

@@ -18,10 +18,28 @@ from tests.server.conftest import Service
 
 from woodcock_server import certificate
 
+from .network import Network
+
 PROGRAM = """\
 import typer
 from woodcock_server.farm.command import {command}
 if __name__ == '__main__': typer.run({command})
+"""
+
+# Preludes
+
+#: Ranges of one size in a service: sums of floats are the same only where they are of the same samples.
+PIECES = "from woodcock_server import rounds\nrounds.share = lambda *_: 64\n"
+#: And each takes a while, in a worker.
+SLOWLY = """\
+import time
+from woodcock_server import worker
+render = worker.render_range
+def render_range(*args):
+    time.sleep(0.4)
+    return render(*args)
+worker.render_range = render_range
+render_range.__module__, render_range.__qualname__ = worker.__name__, "render_range"
 """
 
 
@@ -140,3 +158,12 @@ class Farm:
         for part in [*self.workers.values(), self.scheduler]:
             if part.process.poll() is None:
                 part.stop(signal.SIGKILL)
+
+
+def on_hosts(folder: Path, network: Network) -> Farm:
+    """A farm on separate hosts; the scheduler, and whoever starts it, are on head."""
+    farm = Farm(folder, network.within)
+    # A cable that is pulled out is noticed within 12 s, the least that Dask takes, not half a minute.
+    farm.environment["DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP"] = "12s"
+    farm.start_scheduler(network.addresses["head"], port=8786)
+    return farm

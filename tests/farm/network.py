@@ -1,13 +1,18 @@
-"""Hosts of a farm as network namespaces with addresses of their own, on a bridge that the test is on, too."""
+"""Hosts of a farm as network namespaces with addresses of their own, on a bridge in one more; the machine's own
+interfaces stay as they are."""
 
 from __future__ import annotations
 
+import ctypes
 import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 SUBNET = "10.213.77"
+#: Of Linux; Python has `os.setns` from 3.12 on.
+CLONE_NEWNET = 0x40000000
 
 
 def _ip(*words: str) -> None:
@@ -19,47 +24,65 @@ class Network:
 
     def __init__(self, *hosts: str) -> None:
         self._id = f"wk{os.getpid() % 100000}"
-        self.addresses = {host: f"{SUBNET}.{number}" for number, host in enumerate(hosts, 2)}
+        self.addresses = {host: f"{SUBNET}.{number}" for number, host in enumerate(hosts, 1)}
 
     def within(self, host: str) -> list[str]:
         """What runs a command on a host."""
-        return ["ip", "netns", "exec", f"{self._id}-{host}"]
+        return ["ip", "netns", "exec", self._space(host)]
+
+    @contextmanager
+    def being(self, host: str) -> Iterator[None]:
+        """Whatever this thread connects to or starts, it does so on a host."""
+        with Path("/proc/thread-self/ns/net").open() as before, Path("/run/netns", self._space(host)).open() as there:
+            _enter(there.fileno())
+            try:
+                yield
+            finally:
+                _enter(before.fileno())
 
     def link(self, host: str, up: bool) -> None:
         """Plug a host's cable in, or pull it out."""
-        _ip("link", "set", self._cable(host), "up" if up else "down")
-
-    def _cable(self, host: str) -> str:
-        return f"{self._id}v{list(self.addresses).index(host)}"
+        _ip("-n", self._switch, "link", "set", host, "up" if up else "down")
 
     @contextmanager
     def made(self) -> Iterator[None]:
+        spaces = [self._switch, *map(self._space, self.addresses)]
         try:
-            _ip("link", "add", self._id, "type", "bridge")
-            _ip("addr", "add", f"{SUBNET}.1/24", "dev", self._id)
-            _ip("link", "set", self._id, "up")
-            for host, address in self.addresses.items():
-                space, cable = f"{self._id}-{host}", self._cable(host)
+            for space in spaces:
                 _ip("netns", "add", space)
-                _ip("link", "add", cable, "type", "veth", "peer", "name", "eth0", "netns", space)
-                _ip("link", "set", cable, "master", self._id, "up")
+            _ip("-n", self._switch, "link", "add", "bridge", "type", "bridge")
+            _ip("-n", self._switch, "link", "set", "bridge", "up")
+            for host, address in self.addresses.items():
+                space = self._space(host)
+                _ip("-n", self._switch, "link", "add", host, "type", "veth", "peer", "name", "eth0", "netns", space)
+                _ip("-n", self._switch, "link", "set", host, "master", "bridge", "up")
                 _ip("-n", space, "addr", "add", f"{address}/24", "dev", "eth0")
                 for name in ("lo", "eth0"):
                     _ip("-n", space, "link", "set", name, "up")
             yield
         finally:
-            for host in self.addresses:
-                subprocess.run(["ip", "netns", "del", f"{self._id}-{host}"], capture_output=True)
-            subprocess.run(["ip", "link", "del", self._id], capture_output=True)
+            for space in spaces:
+                subprocess.run(["ip", "netns", "del", space], capture_output=True)
+
+    @property
+    def _switch(self) -> str:
+        return f"{self._id}-switch"
+
+    def _space(self, host: str) -> str:
+        return f"{self._id}-{host}"
+
+
+def _enter(space: int) -> None:
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.setns(space, CLONE_NEWNET) != 0:
+        raise OSError(ctypes.get_errno(), "setns")
 
 
 def fault() -> str | None:
     """Why hosts cannot be made here; None if they can."""
     try:
-        _ip("netns", "add", "woodcock-trial")
-        _ip("netns", "del", "woodcock-trial")
-        _ip("link", "add", "wktrial", "type", "bridge")
-        _ip("link", "del", "wktrial")
+        with Network("trial").made():
+            pass
     except FileNotFoundError:
         return "there is no `ip`: apt install iproute2"
     except subprocess.CalledProcessError as error:

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from woodcock_server import certificate
 from woodcock_server.command import serve
 
-from .harness import Farm, Part, wait_until
+from .harness import PIECES, SLOWLY, Farm, Part, wait_until
 
 Make = Callable[..., dict[str, Any]]
 
@@ -44,6 +44,24 @@ def test_a_job_is_rendered_by_a_worker_that_comes_late(farm: Farm, make_scene: M
     assert service.http.get("/readyz").json()["devices"] == 1
     assert farm.workers["node1"].stop() == 0
     assert farm.scheduler.stop(signal.SIGINT) == 0
+
+
+@pytest.mark.slow
+def test_a_job_keeps_a_device_that_a_check_waits_for(farm: Farm, make_scene: Make) -> None:
+    """Also where the device goes and comes back meanwhile."""
+    service = farm.start_service(prelude=PIECES)
+    farm.start_worker("node1", SLOWLY)
+    farm.wait_for(service, "cpu0@node1")
+    job_id = service.submit(make_scene(samples=64 * 24), "cpu0@node1")
+    service.wait(job_id, lambda job: job["samples"] > 0)
+    service.http.post("/api/v1/devices/cpu0@node1/stability").raise_for_status()
+    port = int(farm.environment["WOODCOCK_SCHEDULER"].rpartition(":")[2])
+    farm.scheduler.stop(signal.SIGKILL)
+    wait_until(lambda: "does not answer" in service.http.get("/readyz").text, 30, farm.logs)
+    farm.start_scheduler(port=port)
+    service.wait(job_id, ended, 60)
+    report = service.http.get(f"/api/v1/jobs/{job_id}/report.json").json()
+    assert report["sample_ranges"] == [[0, 64 * 24]]
 
 
 @pytest.mark.slow

@@ -23,8 +23,8 @@ SINS = (
     Sin(
         "a job that goes on begins its contract anew",
         server("rendering.py"),
-        "in_thread(Rounds, self._scene, self.devices, self._film)",
-        "in_thread(Rounds, self._scene, self.devices, None)",
+        "in_thread(Rounds, self._scene, self.devices, self._film, self._longest)",
+        "in_thread(Rounds, self._scene, self.devices, None, self._longest)",
         (CRASH,),
     ),
     Sin(

@@ -77,10 +77,13 @@ class S3Server:
     def go_on(self) -> None:
         self.process.send_signal(signal.SIGCONT)
 
+    def path(self, key: str) -> Path:
+        """Where an object lies; read so, nothing needs to answer."""
+        return self.folder / "farm" / key
+
     def found(self) -> set[str]:
         """Keys of all objects, by the folder and not by asking."""
-        found = (self.folder / "farm").rglob("*")
-        return {str(path.relative_to(self.folder / "farm")) for path in found if path.is_file()}
+        return {str(path.relative_to(self.path(""))) for path in self.path("").rglob("*") if path.is_file()}
 
     def readers(self, key: str) -> list[str]:
         """Who read an object, in order, by what their programs call themselves."""

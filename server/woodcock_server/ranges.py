@@ -47,19 +47,24 @@ class Pool:
         return piece
 
 
-def length(devices: int, merging: float, longest: float = LONGEST_SECONDS) -> float:
-    """How long a range should take, seconds: a second, or as long as the dispatcher, which serves one device after the
-    other, needs for all of them.
+def turn(devices: int, merging: float) -> float:
+    """Seconds that the dispatcher, which serves one device after the other, takes for a range of each.
 
     merging: seconds that merging a film takes.
     """
-    return max(RANGE_SECONDS, min(devices * (HANDING_SECONDS + FILM * merging) / BUSY, longest))
+    return devices * (HANDING_SECONDS + FILM * merging)
 
 
-def share(pace: Pace, pool: Pool, total_rate: float, seconds: float = RANGE_SECONDS) -> int:
+def length(turn: float, longest: float = LONGEST_SECONDS) -> float:
+    """How long a range should take, seconds: one, or as long as leaves the dispatcher time."""
+    return max(RANGE_SECONDS, min(turn / BUSY, longest))
+
+
+def share(pace: Pace, pool: Pool, total_rate: float, seconds: float = RANGE_SECONDS, turn: float = 0.0) -> int:
     """How many samples of the pool's next pixels this device should render, so that all devices end together.
 
-    pool: not empty; total_rate: of all devices, paths per second; seconds: that it should take.
+    pool: not empty; total_rate: of all devices, paths per second; seconds: that it should take; turn: with less, devices
+    would wait for the dispatcher.
     """
     fair = math.ceil(pool.left * pace.rate / (total_rate * pool.pixels)) if total_rate > 0 else 1
-    return min(pace.size(seconds, pool.pixels), max(fair, pace.size(LEAST_SECONDS, pool.pixels)))
+    return min(pace.size(seconds, pool.pixels), max(fair, pace.size(max(LEAST_SECONDS, turn), pool.pixels)))

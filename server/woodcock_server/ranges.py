@@ -63,8 +63,8 @@ def length(turn: float, longest: float = LONGEST_SECONDS) -> float:
 def share(pace: Pace, pool: Pool, total_rate: float, seconds: float = RANGE_SECONDS, turn: float = 0.0) -> int:
     """How many samples of the pool's next pixels this device should render, so that all devices end together.
 
-    pool: not empty; total_rate: of all devices, paths per second; seconds: that it should take; turn: with less, devices
-    would wait for the dispatcher.
+    pool: not empty; total_rate: of all devices, paths per second; seconds: that it should take; turn: in which the
+    dispatcher serves all devices once, so that they would wait for it with less.
     """
     fair = math.ceil(pool.left * pace.rate / (total_rate * pool.pixels)) if total_rate > 0 else 1
     return min(pace.size(seconds, pool.pixels), max(fair, pace.size(max(LEAST_SECONDS, turn), pool.pixels)))

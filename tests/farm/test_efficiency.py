@@ -112,14 +112,14 @@ def test_a_farm_uses_its_devices(
 def test_ranges_get_longer_for_large_pictures(
     farm: Farm, make_scene: Callable[..., dict[str, Any]], longest: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With ranges of a second the dispatcher would not keep up with films of so many pixels."""
+    """With ranges of a second the dispatcher would be busy with films of so many pixels all the time."""
     scene = make_scene()
     scene["film"] |= {"width": 1920, "height": 1080}
     fixed = f"from woodcock_server import rendering\nrendering.LONGEST_SECONDS = {longest}\n"
     reached, service, _ = rendered(farm, scene, 16, fixed, seconds=120.0)
     with capsys.disabled():
         print(f"\n16 workers, 1920 × 1080, ranges of at most {longest:g} s: efficiency {reached:.3f}, {service:.0f} s")
-    assert reached < 0.75 if longest == RANGE else reached > 0.85
+    assert reached < 0.85 if longest == RANGE else reached > 0.85
 
 
 # By simulation

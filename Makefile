@@ -26,9 +26,10 @@ help:
 demo: .venv/installed
 	@$(BIN)/python -m woodcock_client.demo $(if $(ONCE),--once) $(if $(DATA),--data '$(DATA)')
 
-# Two at a time: half of the time is a compiler's, which takes one core.
+# Two at a time: half of the time is a compiler's, which takes one core. In the order of their folders: those of few
+# tests, which would come last otherwise, are browsers' and take long.
 test: check | packages
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 check: .venv/installed-test
 	$(BIN)/ruff format --check --quiet $(SOURCES)

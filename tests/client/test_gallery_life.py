@@ -109,7 +109,7 @@ def test_a_name_and_tags_are_changed_where_they_stand(page: Page, address: str, 
         page.get_by_role("button", name="Add tag").click()
         page.keyboard.type(tag)
         page.keyboard.press("Enter")
-        expect(page.get_by_role("link", name=tag)).to_be_visible()
+        expect(page.get_by_role("link", name=tag, exact=True)).to_be_visible()
     expect(page.locator(".tag")).to_have_text([re.compile("^one"), re.compile("^two")])
     page.get_by_role("button", name="Remove the tag two").click()
     expect(page.locator(".tag")).to_have_count(1)

@@ -24,10 +24,10 @@ def farm(tmp_path: Path) -> Iterator[Farm]:
 
 @pytest.fixture
 def network() -> Iterator[Network]:
-    """The hosts head, on which the test is, node1 and node2, which cannot be had everywhere."""
+    """The hosts head, on which the test is, and node1 to node4, which cannot be had everywhere."""
     if reason := fault():
         pytest.skip(f"separate hosts cannot be had here: {reason}")
-    network = Network("head", "node1", "node2")
+    network = Network("head", *(f"node{number}" for number in range(1, 5)))
     with network.made(), network.being("head"):
         yield network
 

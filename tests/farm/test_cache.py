@@ -82,6 +82,7 @@ def test_what_came_wrong_or_in_part_is_not_kept(tmp_path: Path) -> None:
     assert kept(tmp_path) == {file_id}
 
 
+@pytest.mark.slow
 def test_workers_fetch_a_scenes_files(farm: Farm, make_scene: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
     file = tmp_path / "grid.npy"
     np.save(file, np.random.default_rng(1).random((120, 100, 100), np.float32))  # 4.8 MB: more than is sent at a time

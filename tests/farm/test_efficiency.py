@@ -69,13 +69,17 @@ for function in (prepare, render_range, certify):
 def rendered(
     farm: Farm, scene: dict[str, Any], workers: int, prelude: str, seconds: float = RANGES * RANGE
 ) -> tuple[float, float, float]:
-    """The scene, by so many simulated devices, each for so many seconds: which part of its time a device renders, and
-    how many seconds of processor time service and scheduler take."""
+    """The scene, by so many simulated devices on up to four hosts, each for so many seconds: which part of its time a
+    device renders, and how many seconds of processor time service and scheduler take."""
     scene["stop"] = {"kind": "samples", "samples": round(seconds / RANGE) * PIECE * workers}
     facts = json.dumps(Renderer(parse(json.dumps(scene)), find()).facts())
     service = farm.start_service(prelude=prelude)
-    farm.start_worker("node", SIMULATED, SIMULATED=str(workers), FACTS=facts)
-    farm.wait_for(service, *(f"cpu{number}@node" for number in range(workers)), seconds=400)
+    nodes = [f"node{number}" for number in range(1, min(workers, 4) + 1)]
+    each = workers // len(nodes)
+    for node in nodes:
+        farm.start_worker(node, SIMULATED, SIMULATED=str(each), FACTS=facts)
+    devices = (f"cpu{number}@{node}" for node in nodes for number in range(each))
+    farm.wait_for(service, *devices, seconds=400)
     assert service.process is not None
     processes = [psutil.Process(pid) for pid in (service.process.pid, farm.scheduler.process.pid)]
     before = [sum(process.cpu_times()[:2]) for process in processes]
@@ -92,13 +96,13 @@ def rendered(
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize(("workers", "least"), [(1, 0.95), (2, 0.95), (4, 0.95), (64, 0.85)])
 def test_a_farm_uses_its_devices(
-    farm: Farm,
+    hosts: Farm,
     make_scene: Callable[..., dict[str, Any]],
     workers: int,
     least: float,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    reached, *taken = rendered(farm, make_scene(), workers, PIECES)
+    reached, *taken = rendered(hosts, make_scene(), workers, PIECES)
     with capsys.disabled():
         service, scheduler = (1e3 * each / (RANGES * workers) for each in taken)
         print(f"\n{workers} workers: efficiency {reached:.3f}; ", end="")
@@ -110,13 +114,13 @@ def test_a_farm_uses_its_devices(
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("longest", [RANGE, LONGEST_SECONDS])
 def test_ranges_get_longer_for_large_pictures(
-    farm: Farm, make_scene: Callable[..., dict[str, Any]], longest: float, capsys: pytest.CaptureFixture[str]
+    hosts: Farm, make_scene: Callable[..., dict[str, Any]], longest: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """With ranges of a second the dispatcher would be busy with films of so many pixels all the time."""
     scene = make_scene()
     scene["film"] |= {"width": 1920, "height": 1080}
     fixed = f"from woodcock_server import rendering\nrendering.LONGEST_SECONDS = {longest}\n"
-    reached, service, _ = rendered(farm, scene, 16, fixed, seconds=120.0)
+    reached, service, _ = rendered(hosts, scene, 16, fixed, seconds=120.0)
     with capsys.disabled():
         print(f"\n16 workers, 1920 × 1080, ranges of at most {longest:g} s: efficiency {reached:.3f}, {service:.0f} s")
     assert reached < 0.85 if longest == RANGE else reached > 0.85

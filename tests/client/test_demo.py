@@ -72,7 +72,6 @@ def test_renders_every_scene_and_ends(arguments: list[str], environment: dict[st
         assert str(tmp_path / f"demo/{name}.exr") in done.stdout
 
 
-@pytest.mark.slow
 def test_scenes_whose_data_is_there_are_rendered_too(
     arguments: list[str], environment: dict[str, str], tmp_path: Path
 ) -> None:

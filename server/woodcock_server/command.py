@@ -44,9 +44,8 @@ class Server(uvicorn.Server):
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         super().handle_exit(sig, frame)
-        if (
-            not self.started
-        ):  # Devices are being tried, perhaps for minutes, and nothing is under way that must end well.
+        # Devices are being tried, perhaps for minutes, and nothing is under way that must end well.
+        if not self.started:
             signal.signal(sig, signal.SIG_DFL)
             signal.raise_signal(sig)
 

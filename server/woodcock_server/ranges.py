@@ -47,7 +47,7 @@ class Pool:
         return piece
 
 
-def turn(devices: int, merging: float) -> float:
+def turn_of(devices: int, merging: float) -> float:
     """Seconds that the dispatcher, which serves one device after the other, takes for a range of each.
 
     merging: seconds that merging a film takes.

@@ -8,7 +8,7 @@ from woodcock.contract import Piece, next_round
 from woodcock.film import Film
 from woodcock.pace import Pace, fit
 from woodcock.scene import Scene, SecondsStop
-from woodcock_server.ranges import LONGEST_SECONDS, Pool, length, share, turn
+from woodcock_server.ranges import LONGEST_SECONDS, Pool, length, share, turn_of
 
 #: Pieces that a device has at a time: it renders one while the other waits.
 AT_A_TIME = 2
@@ -66,10 +66,10 @@ class Rounds:
     def _count(self, device: str, seconds: float) -> int:
         """Samples of the next piece."""
         pace = self._paces[device]
-        needed = turn(len(self._paces), self._merging / max(self._merges, 1))
-        should = length(needed, self._longest)
+        turn = turn_of(len(self._paces), self._merging / max(self._merges, 1))
+        should = length(turn, self._longest)
         if not isinstance(self._stop, SecondsStop):
-            return share(pace, self._pool, sum(other.rate for other in self._paces.values()), should, needed)
+            return share(pace, self._pool, sum(other.rate for other in self._paces.values()), should, turn)
         ahead = sum((piece.stop - piece.start) * piece.width(self._pixels) for piece in self._with[device])
         if pace.rate == 0 and ahead:  # One sample tells how long a second would take.
             return 0

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - its own usual name
+from tests.farm.harness import wait_until
 from tests.statistics import accept_z
 
-from .rig import Rig, wait_until
+from .rig import Rig
 from .stages import PIECE
 
 SAMPLES = 5 * PIECE

@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from tests.farm.harness import wait_until
 from tests.server.conftest import make_scene as make_scene
 from tests.server.conftest import postgres as postgres
 
 from .checks import SAMPLES, SIZE, Picture, picture
-from .rig import Rig, wait_until
+from .rig import Rig
 from .rigs import RIGS
 from .table import table
 

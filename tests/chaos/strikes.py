@@ -13,8 +13,9 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any, TypeAlias
 
 import psutil
+from tests.farm.harness import wait_until
 
-from .rig import Rig, Target, wait_until
+from .rig import Rig, Target
 from .rigs import Bucket, Clock, OnFarm
 
 DAY = 86400

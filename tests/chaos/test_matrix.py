@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from tests.farm.harness import wait_until
 
 from .checks import (
     Picture,
@@ -17,7 +18,7 @@ from .checks import (
     eventually,
 )
 from .faults import FAULTS, Fault
-from .rig import Rig, wait_until
+from .rig import Rig
 from .stages import STAGES
 
 #: What `make test` runs of it.

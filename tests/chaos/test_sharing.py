@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.farm.harness import wait_until
 from tests.server.test_postgres import claimed
 
 from .checks import Picture, check_files, check_picture, check_states, eventually
 from .faults import NODE1
-from .rig import Rig, wait_until
+from .rig import Rig
 from .strikes import stop_between_writes
 
 pytestmark = [pytest.mark.chaos, pytest.mark.xdist_group("postgresql farm")]

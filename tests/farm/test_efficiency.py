@@ -14,7 +14,7 @@ import pytest
 from woodcock.device import find
 from woodcock.render import Renderer
 from woodcock.scene import parse
-from woodcock_server.ranges import FILM, HANDING_SECONDS, LONGEST_SECONDS, length, turn
+from woodcock_server.ranges import FILM, HANDING_SECONDS, LONGEST_SECONDS, length, turn_of
 
 from .harness import Farm
 from .simulation import Costs, efficiency
@@ -134,7 +134,7 @@ SMALL, LARGE = 0.0, 0.045
 
 def costs(devices: int, merging: float, seconds: float | None = None) -> Costs:
     """As a dispatcher has them that serves so many devices; seconds: of a range, if not of its own choice."""
-    return Costs(seconds or length(turn(devices, merging)), HANDING_SECONDS, FILM * merging)
+    return Costs(seconds or length(turn_of(devices, merging)), HANDING_SECONDS, FILM * merging)
 
 
 def test_a_simulated_farm_without_costs_wastes_nothing() -> None:
@@ -152,7 +152,7 @@ def test_the_dispatcher_is_the_bottleneck_of_short_ranges(merging: float, most: 
 @pytest.mark.parametrize(("merging", "devices"), [(SMALL, 5000), (LARGE, 250)])
 def test_longer_ranges_serve_as_many_as_a_minute_allows(merging: float, devices: int) -> None:
     assert efficiency(devices, 30, costs(devices, merging)) > 0.9
-    assert length(turn(devices, merging)) == pytest.approx(LONGEST_SECONDS, rel=0.05)
+    assert length(turn_of(devices, merging)) == pytest.approx(LONGEST_SECONDS, rel=0.05)
 
 
 @pytest.mark.parametrize("merging", [SMALL, LARGE])

@@ -7,7 +7,7 @@ import pytest
 
 from woodcock.contract import Piece
 from woodcock.pace import GROWTH, RANGE_SECONDS, Pace, fit
-from woodcock_server.ranges import BUSY, FILM, HANDING_SECONDS, LONGEST_SECONDS, Pool, length, share, turn
+from woodcock_server.ranges import BUSY, FILM, HANDING_SECONDS, LONGEST_SECONDS, Pool, length, share, turn_of
 
 
 def measured(rate: float, last: int) -> Pace:
@@ -47,13 +47,13 @@ def test_a_range_takes_about_a_second_and_its_pieces_end() -> None:
 
 def test_ranges_are_as_long_as_the_dispatcher_needs() -> None:
     """It is busy for half of the time, however many devices it has and however large the picture."""
-    assert length(turn(2, 0.045)) == RANGE_SECONDS
+    assert length(turn_of(2, 0.045)) == RANGE_SECONDS
     for devices, merging in ((200, 0.0), (20, 0.045), (100, 0.045)):
-        seconds = length(turn(devices, merging))
+        seconds = length(turn_of(devices, merging))
         assert RANGE_SECONDS < seconds < LONGEST_SECONDS
         assert devices * (HANDING_SECONDS + FILM * merging) == pytest.approx(BUSY * seconds)
-    assert length(turn(10_000, 0.045)) == LONGEST_SECONDS
-    assert length(turn(10_000, 0.045), longest=0.5) == RANGE_SECONDS
+    assert length(turn_of(10_000, 0.045)) == LONGEST_SECONDS
+    assert length(turn_of(10_000, 0.045), longest=0.5) == RANGE_SECONDS
     pace = measured(rate=100, last=90)
     assert share(pace, pool(10_000), 100 * 100, seconds=3) == pytest.approx(300, abs=1)
     assert fit(pace, 20, nothing_yet=False, pixels=100, longest=3) == pytest.approx(300, abs=1)

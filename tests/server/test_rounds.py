@@ -13,7 +13,7 @@ from woodcock.film import Film
 from woodcock.pace import RANGE_SECONDS
 from woodcock.scene import Scene
 from woodcock_server import rounds
-from woodcock_server.ranges import length, turn
+from woodcock_server.ranges import length, turn_of
 from woodcock_server.rounds import AT_A_TIME, Rounds
 
 Make = Callable[..., dict[str, Any]]
@@ -158,7 +158,7 @@ def test_ranges_grow_with_what_merging_them_takes(scene: Callable[..., Scene], s
         assert piece is not None
         given.rendered("a", paths(piece) / 1600)
         given.merged(1.0)
-    assert paths(piece) / 1600 == pytest.approx(length(turn(2, 1.0)), rel=0.05)
+    assert paths(piece) / 1600 == pytest.approx(length(turn_of(2, 1.0)), rel=0.05)
 
 
 def test_what_a_device_had_is_rendered_by_others(scene: Callable[..., Scene]) -> None:

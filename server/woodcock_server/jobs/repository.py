@@ -221,7 +221,8 @@ def _had_least(connection: Connection, owners: Collection[str], since: datetime)
     mine = jobs.c.owner.in_(owners), jobs.c.started_at > since
     had = select(jobs.c.owner, func.sum(jobs.c.seconds)).where(*mine).group_by(jobs.c.owner)
     seconds = dict.fromkeys(owners, 0.0) | {row[0]: row[1] for row in connection.execute(had)}
-    return [owner for owner in owners if seconds[owner] == min(seconds.values())]
+    least = min(seconds.values())
+    return [owner for owner in owners if seconds[owner] == least]
 
 
 def claim(connection: Connection, job_id: str, holder: str, now: datetime, lease: timedelta) -> Row | None:
